@@ -1,0 +1,10 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""NIM for Blender: negative-index materials, rendered with Cycles by the physics."""
+
+
+def register():
+    """Called by Blender when the extension is enabled."""
+
+
+def unregister():
+    """Called by Blender when the extension is disabled."""

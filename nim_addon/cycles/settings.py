@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Render settings under which no light is lost at an interface (what each one would cost is in the comments)."""
+
+# A bent ray counts as a transparent bounce, and the path ends after this many of them.
+TRANSPARENT_BOUNCES = 256
+BOUNCES = 128
+
+
+def lossless(scene):
+    """Set `scene` (bpy.types.Scene) to render interfaces with Cycles, without bias; size and samples stay as they are."""
+    scene.render.engine = "CYCLES"
+    cycles = scene.cycles
+    cycles.device = "CPU"
+    cycles.shading_system = True  # OSL
+    cycles.transparent_max_bounces = TRANSPARENT_BOUNCES
+    cycles.max_bounces = BOUNCES
+    for kind in ("diffuse", "glossy", "transmission"):
+        setattr(cycles, f"{kind}_bounces", BOUNCES)
+    # Filter Glossy and the clamps bite on the reflection but not on a ray that bends backwards.
+    cycles.blur_glossy = 0.0
+    cycles.sample_clamp_direct = 0.0
+    cycles.sample_clamp_indirect = 0.0
+    cycles.caustics_reflective = True
+    cycles.caustics_refractive = True
+    cycles.use_adaptive_sampling = False  # stops early where it has seen nothing yet: a rare caustic
+    cycles.use_denoising = False
+    # transparent film would show a NIM as a hole
+    scene.render.film_transparent = False
+    scene.render.use_compositing = False
+    scene.render.use_sequencer = False

@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The interface between two media: signed Snell law and Fresnel equations in impedances, for all four pairs of signs."""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from .media import Medium
+
+
+class Fresnel(NamedTuple):
+    """Power reflectances of s- and p-polarised light, and reflectance and transmittance of unpolarised light."""
+
+    R_s: np.ndarray
+    R_p: np.ndarray
+    R: np.ndarray
+    T: np.ndarray
+
+
+def _cos_t(n_i, n_t, cos_i):
+    """cos(theta_t) by Snell's law (thesis 2.2); 0 in total reflection and where the ray would graze the surface.
+
+    Written so that it is cos(theta_i) to the last bit where |n_i| = |n_t|, which 1 - sin^2 is not near grazing.
+    """
+    q = n_i / n_t
+    return np.sqrt(np.maximum((1 - q) * (1 + q) + np.square(q * cos_i), 0))
+
+
+def _cosine(cos_i):
+    cos_i = np.asarray(cos_i, float)
+    if not np.all((cos_i >= 0) & (cos_i <= 1)):
+        raise ValueError("cos_i must lie in [0, 1]: the cosine of an angle of incidence from 0 to 90 degrees.")
+    return cos_i
+
+
+@dataclass(frozen=True)
+class Interface:
+    """A surface between two media: `inside` lies behind its faces, `outside` where the normals point.
+
+    Light arrives from `outside` unless a method says otherwise; `reversed()` looks from the other side.
+    """
+
+    inside: Medium
+    outside: Medium = Medium(1.0)
+
+    def reversed(self):
+        """The same surface seen from inside."""
+        return Interface(self.outside, self.inside)
+
+    @property
+    def bends_backwards(self):
+        """Whether a ray leaves on the same side of the normal it came from: the two indices differ in sign."""
+        return self.inside.is_nim != self.outside.is_nim
+
+    def refract(self, d, normal):
+        """Directions of the transmitted rays, by the signed Snell law (thesis 2.2 to 2.4).
+
+        d:      (..., 3) directions the light travels in, of any length but zero
+        normal: (..., 3) normals, pointing into `outside`, of any length but zero
+        Returns (..., 3) unit vectors, NaN where the light is totally reflected. A ray with d . normal > 0 arrives
+        from inside. The arguments broadcast. Raises ValueError for a zero vector.
+        """
+        d, normal = np.broadcast_arrays(np.asarray(d, float), np.asarray(normal, float))
+        lengths = np.linalg.norm(d, axis=-1, keepdims=True), np.linalg.norm(normal, axis=-1, keepdims=True)
+        if not all(np.all(length > 0) for length in lengths):
+            raise ValueError("a direction or a normal of length zero has no angle; give vectors that point somewhere.")
+        d, normal = d / lengths[0], normal / lengths[1]
+        along = np.sum(d * normal, axis=-1, keepdims=True)
+        # from here on the normal stands against the ray, as in thesis figure 2.1
+        normal = np.where(along > 0, -normal, normal)
+        n_i = np.where(along > 0, self.inside.n, self.outside.n)
+        n_t = np.where(along > 0, self.outside.n, self.inside.n)
+        cos_i = np.minimum(np.abs(along), 1.0)
+        cos_t = _cos_t(n_i, n_t, cos_i)
+        t = (n_i / n_t) * (d + cos_i * normal) - cos_t * normal
+        return np.where(cos_t > 0, t, np.nan)
+
+    def fresnel(self, cos_i):
+        """Reflectance and transmittance for light arriving from outside (thesis 4.2, 4.3, 4.16, 4.21).
+
+        cos_i: (...) cosines of the angle of incidence, in [0, 1]; ValueError otherwise.
+        Returns Fresnel(R_s, R_p, R, T) of the same shape; R = 1 in total reflection and at grazing incidence.
+        """
+        cos_i = _cosine(cos_i)
+        z_i, z_t = self.outside.impedance, self.inside.impedance
+        cos_t = _cos_t(self.outside.n, self.inside.n, cos_i)
+        total = cos_t == 0
+        with np.errstate(invalid="ignore", divide="ignore"):
+            r_s = (z_t * cos_i - z_i * cos_t) / (z_t * cos_i + z_i * cos_t)
+            r_p = (z_i * cos_i - z_t * cos_t) / (z_i * cos_i + z_t * cos_t)
+        R_s = np.where(total, 1.0, np.square(r_s))
+        R_p = np.where(total, 1.0, np.square(r_p))
+        R = (R_s + R_p) / 2
+        return Fresnel(R_s, R_p, R, 1 - R)
+
+    def theta_t(self, theta_i):
+        """Signed angle of transmission, radians, for light from outside at `theta_i` (...) in [0, pi/2] (thesis 2.3).
+
+        Negative where the interface bends backwards, NaN in total reflection.
+        """
+        theta_i = np.asarray(theta_i, float)
+        sine = self.outside.n / self.inside.n * np.sin(theta_i)
+        with np.errstate(invalid="ignore"):
+            return np.where(np.abs(sine) < 1, np.arcsin(sine), np.nan)
+
+    def critical_angle(self):
+        """Angle of incidence, radians, from which light from outside is totally reflected (thesis 2.9); None if never."""
+        ratio = abs(self.inside.n / self.outside.n)
+        return math.asin(ratio) if ratio < 1 else None
+
+    def brewster_angle(self, polarization="p"):
+        """Angle of incidence, radians, at which light of that polarisation ("p" or "s") is not reflected; None if nowhere.
+
+        Setting r_p = 0 (thesis 4.3) and Snell's law give sin^2 = (Z_i^2 - Z_t^2) / (Z_i^2 - q^2 Z_t^2), q = n_i / n_t;
+        r_s = 0 the same with the impedances exchanged. With |mu| = 1 on both sides only "p" has one. Where the
+        impedances and |n| agree nothing is reflected at any angle, and no single one is named.
+        """
+        if polarization not in ("p", "s"):
+            raise ValueError(f"polarization {polarization!r} is neither 'p' nor 's'.")
+        z_i, z_t = self.outside.impedance, self.inside.impedance
+        if polarization == "s":
+            z_i, z_t = z_t, z_i
+        q = self.outside.n / self.inside.n
+        above, below = z_i**2 - z_t**2, z_i**2 - (q * z_t) ** 2
+        # above = 0: no reflection at normal incidence only, which is not Brewster's effect
+        if above == 0 or below == 0 or not 0 < above / below < 1:
+            return None
+        return math.asin(math.sqrt(above / below))
+
+    def __str__(self):
+        return f"{self.outside} | {self.inside}"
+
+
+def povray_reflectance(n_i, n_t, cos_i):
+    """Unpolarised reflectance as POV-Ray computes it (thesis A.1 to A.3), for comparison.
+
+    n_i, n_t, cos_i: (...), broadcast. It knows no permeability: it agrees with Interface.fresnel where |mu| = 1 on both
+    sides, for either sign of the indices, and nowhere else. Thesis A.3 prints (n_i / n_t)^2; POV-Ray's source, and
+    agreement with Fresnel, want (n_t / n_i)^2.
+    """
+    n_i, n_t, c = np.broadcast_arrays(np.asarray(n_i, float), np.asarray(n_t, float), _cosine(cos_i))
+    g2 = np.square(n_t / n_i) + np.square(c) - 1
+    g = np.sqrt(np.maximum(g2, 0))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        R = 0.5 * np.square((g - c) / (g + c)) * (1 + np.square((c * (g + c) - 1) / (c * (g - c) + 1)))
+    return np.where(g2 > 0, R, 1.0)

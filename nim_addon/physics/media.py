@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Media: isotropic, homogeneous, without loss, described by a signed refractive index and a permeability."""
+
+import difflib
+import math
+import re
+from dataclasses import dataclass
+from types import MappingProxyType
+
+
+def _finite(name, value):
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} = {value!r} is not a number; write it like -1.5.") from None
+    if not math.isfinite(number):
+        raise ValueError(f"{name} = {value} is not finite; give a number such as -1.5.")
+    return number
+
+
+@dataclass(frozen=True)
+class Medium:
+    """A medium of refractive index `n` and relative permeability `mu`, both without unit.
+
+    `mu` defaults to the sign of `n`: 1 for a dielectric, -1 for a negative-index material (thesis 4, after Veselago).
+    Raises ValueError for n = 0, for NaN and infinities, and for a `mu` whose sign is not that of `n`.
+    """
+
+    n: float
+    mu: float = None
+
+    def __post_init__(self):
+        n = _finite("n", self.n)
+        if n == 0:
+            raise ValueError("n = 0 refracts nothing; give a positive index, or a negative one for a NIM.")
+        mu = math.copysign(1.0, n) if self.mu is None else _finite("mu", self.mu)
+        if mu * n <= 0:
+            kind, sign = ("negative", "below") if n < 0 else ("positive", "above")
+            raise ValueError(
+                f"mu = {mu:g} does not go with n = {n:g}: a {kind} index needs mu {sign} 0 "
+                f"(leave mu out to get {math.copysign(1, n):+.0f})."
+            )
+        object.__setattr__(self, "n", n)
+        object.__setattr__(self, "mu", mu)
+
+    @property
+    def impedance(self):
+        """Wave impedance relative to vacuum, |mu| / |n|: positive for every medium (thesis 4.12, 4.13)."""
+        return abs(self.mu / self.n)
+
+    @property
+    def epsilon(self):
+        """Relative permittivity n^2 / mu: it has the sign of n (thesis 2.5)."""
+        return self.n * self.n / self.mu
+
+    @property
+    def is_nim(self):
+        """Whether this is a negative-index material (n < 0 and mu < 0)."""
+        return self.n < 0
+
+    @classmethod
+    def parse(cls, text):
+        """The medium a person wrote: a name of MEDIA, an index ("-1.33"), or "n=-1.33,mu=-10".
+
+        Raises ValueError with the names that exist, the nearest first, when `text` is none of these.
+        """
+        if isinstance(text, Medium):
+            return text
+        word = str(text).strip()
+        if word.lower() in MEDIA:
+            return MEDIA[word.lower()]
+        if re.match(r"(n|mu)\s*=", word):
+            parts = [part.partition("=") for part in word.split(",")]
+            values = {key.strip(): value.strip() for key, _, value in parts}
+            if "n" not in values or not set(values) <= {"n", "mu"} or len(values) != len(parts):
+                raise ValueError(f"medium {word!r} is not understood; write n=-1.33 or n=-1.33,mu=-10.")
+            return cls(values["n"], values.get("mu"))
+        if re.match(r"[-+.\d]|nan$|inf", word, re.IGNORECASE):
+            return cls(word)
+        near = difflib.get_close_matches(word.lower(), MEDIA, 1, 0.5)
+        hint = f"did you mean {near[0]}? " if near else ""
+        raise ValueError(
+            f"there is no medium {word!r}; {hint}Media are {', '.join(MEDIA)}, an index such as -1.33, or n=-1.33,mu=-10."
+        )
+
+    def __str__(self):
+        return f"n={self.n:g}" if abs(self.mu) == 1 else f"n={self.n:g},mu={self.mu:g}"
+
+
+# The indices of the thesis (chapter 5, appendices A and B); `nim` is its liquid, of figures 5.1 to 5.9.
+MEDIA = MappingProxyType(
+    {
+        "vacuum": Medium(1.0),
+        "air": Medium(1.0),
+        "water": Medium(1.33),
+        "glass": Medium(1.5),
+        "diamond": Medium(2.418),
+        "nim": Medium(-1.33),
+        "nim-1.025": Medium(-1.025),
+        "nim-1.33": Medium(-1.33),
+        "nim-1.5": Medium(-1.5),
+        "nim-2.418": Medium(-2.418),
+        "nim-4.1": Medium(-4.1),
+        "nim-mu10": Medium(-1.33, -10.0),
+        "nim-mu25": Medium(-1.33, -25.0),
+    }
+)

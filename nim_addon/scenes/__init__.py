@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The scenes by name: what each shows, its parameters, and the function that builds it."""
+
+from types import MappingProxyType
+from typing import NamedTuple
+
+from . import sphere
+from .parameters import Parameters, unknown
+
+
+class SceneType(NamedTuple):
+    """A scene: its name, one line on what it shows, the dataclass of its parameters, `build(parameters)`."""
+
+    name: str
+    shows: str
+    parameters: type[Parameters]
+    build: callable
+
+
+SCENES = MappingProxyType(
+    {
+        scene.name: scene
+        for scene in (
+            SceneType(
+                "sphere",
+                "a transparent sphere on a patterned ground (thesis 5.4, 5.6)",
+                sphere.SphereParameters,
+                sphere.build,
+            ),
+        )
+    }
+)
+
+
+def scene_type(name):
+    """The SceneType of that name; ValueError names the scenes that exist, the nearest first."""
+    if name not in SCENES:
+        raise ValueError(unknown("scene", name, list(SCENES)))
+    return SCENES[name]

@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Parameters of a scene: fields of a frozen dataclass that carry description, range or choices, read from text."""
+
+import dataclasses
+import difflib
+import math
+from pathlib import Path
+
+from ..physics import Medium
+
+
+def number(default, description, low, high, unit=""):
+    """A field that holds a float in [low, high]; `default` None means "chosen from the other parameters"."""
+    return dataclasses.field(
+        default=default,
+        metadata={"kind": "number", "description": description, "low": low, "high": high, "unit": unit},
+    )
+
+
+def integer(default, description, low, high):
+    """A field that holds an int in [low, high]."""
+    return dataclasses.field(
+        default=default, metadata={"kind": "integer", "description": description, "low": low, "high": high}
+    )
+
+
+def switch(default, description):
+    """A field that holds a bool."""
+    return dataclasses.field(default=default, metadata={"kind": "switch", "description": description})
+
+
+def choice(default, description, choices):
+    """A field that holds one of `choices`, a tuple of words."""
+    return dataclasses.field(
+        default=default, metadata={"kind": "choice", "description": description, "choices": tuple(choices)}
+    )
+
+
+def liquid(default, description):
+    """A field that holds None, or the Medium that fills a vessel."""
+    return dataclasses.field(default=default, metadata={"kind": "liquid", "description": description})
+
+
+def mesh_file(default, description, words):
+    """A field that holds one of `words`, or the path of a mesh file (PLY, OBJ or STL)."""
+    return dataclasses.field(
+        default=default, metadata={"kind": "mesh", "description": description, "choices": tuple(words)}
+    )
+
+
+class Parameters:
+    """Base of every scene's parameter dataclass: construction checks each value against its field.
+
+    Values may be given as text, as on the command line. Raises ValueError, one sentence, for a value out of its range.
+    """
+
+    def __post_init__(self):
+        for field in dataclasses.fields(self):
+            object.__setattr__(self, field.name, _checked(field, getattr(self, field.name)))
+
+    @classmethod
+    def read(cls, assignments):
+        """An instance from texts "key=value"; ValueError names the keys that exist, the nearest first."""
+        names = [field.name for field in dataclasses.fields(cls)]
+        values = {}
+        for text in assignments:
+            key, equals, value = text.partition("=")
+            key = key.strip()
+            if not equals:
+                raise ValueError(f"{text!r} is not a setting; write key=value, such as {names[0]}=...")
+            if key not in names:
+                raise ValueError(unknown("parameter", key, names))
+            values[key] = value.strip()
+        return cls(**values)
+
+    def plain(self):
+        """A dict of JSON-ready values that `cls(**values)` takes back."""
+        values = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        return {key: str(value) if isinstance(value, Medium) else value for key, value in values.items()}
+
+
+def unknown(kind, word, known):
+    """The sentence for a `word` that is none of the `known` ones, with the nearest of them."""
+    near = difflib.get_close_matches(word, known, 1, 0.5)
+    hint = f"did you mean {near[0]}? " if near else ""
+    return f"there is no {kind} {word!r}; {hint}The ones that exist are {', '.join(known)}."
+
+
+def _checked(field, value):
+    kind, name = field.metadata["kind"], field.name
+    if value is None or (isinstance(value, str) and value.lower() in ("none", "auto") and field.default is None):
+        if field.default is None or kind == "liquid":
+            return None
+        raise ValueError(f"{name} needs a value.")
+    if kind in ("number", "integer"):
+        return _number(field, value)
+    if kind == "switch":
+        words = {"true": True, "yes": True, "on": True, "1": True, "false": False, "no": False, "off": False, "0": False}
+        answer = words.get(str(value).lower())
+        if answer is None:
+            raise ValueError(f"{name} = {value!r} is neither on nor off.")
+        return answer
+    if kind == "liquid":
+        return None if str(value).lower() in ("none", "empty") else Medium.parse(value)
+    choices = field.metadata["choices"]
+    if str(value) in choices:
+        return str(value)
+    if kind == "choice":
+        raise ValueError(unknown(name, str(value), choices))
+    return _mesh_path(name, str(value), choices)
+
+
+def _number(field, value):
+    name, low, high = field.name, field.metadata["low"], field.metadata["high"]
+    whole = field.metadata["kind"] == "integer"
+    unit = f" {field.metadata['unit']}" if field.metadata.get("unit") else ""
+    try:
+        number = int(value) if whole else float(value)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} = {value!r} is not a {'whole ' if whole else ''}number.") from None
+    if not math.isfinite(number) or not low <= number <= high:
+        raise ValueError(f"{name} = {value} is out of range; it lies between {low:g} and {high:g}{unit}.")
+    return number
+
+
+def _mesh_path(name, value, words):
+    path = Path(value).expanduser()
+    allowed = f"give one of {', '.join(words)}, or a PLY, OBJ or STL file"
+    if path.suffix.lower() not in (".ply", ".obj", ".stl"):
+        raise ValueError(f"{name} = {value!r} is not understood; {allowed}.")
+    if not path.is_file():
+        raise ValueError(f"{name}: there is no file {value!r}; {allowed}.")
+    return str(path.resolve())

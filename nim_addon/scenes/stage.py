@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The stage a scene is put on: a Blender scene and a collection of its own, so that nothing of the user's is touched."""
+
+import math
+
+import bpy
+import mathutils
+import numpy as np
+
+from ..cycles import settings
+
+OWNER = "nim_scene"
+
+
+class Stage:
+    """A new Blender scene "NIM <name>" with one collection of that name, set up so that no light is lost.
+
+    An earlier scene of that name made here is taken down first: its own objects and whatever only they used. Objects
+    that a user put there stay in the file, under the new scene.
+    """
+
+    def __init__(self, name):
+        title = f"NIM {name}"
+        kept = _strike(name)
+        self.name = name
+        self.scene = bpy.data.scenes.new(title)
+        self.scene[OWNER] = name
+        self.collection = bpy.data.collections.new(title)
+        self.collection[OWNER] = name
+        self.scene.collection.children.link(self.collection)
+        for thing in kept:
+            self.scene.collection.objects.link(thing)
+        settings.lossless(self.scene)
+        self.scene.view_settings.view_transform = "AgX"
+
+    def _place(self, name, data, location=(0, 0, 0)):
+        thing = bpy.data.objects.new(name, data)
+        thing[OWNER] = self.name
+        thing.location = location
+        self.collection.objects.link(thing)
+        return thing
+
+    def mesh(self, name, vertices, faces, materials, *, slots=None, smooth=False, normals=None, location=(0, 0, 0)):
+        """An object from arrays.
+
+        vertices:  (N, 3) in metres; faces: tuples of vertex indices, counter-clockwise seen from outside
+        materials: one material, or a list of them with `slots`, the index of each face's material
+        smooth:    shade smooth; normals: (C, 3) unit normals, one a face corner, in the faces' order
+        Returns the bpy.types.Object.
+        """
+        data = bpy.data.meshes.new(name)
+        data.from_pydata(np.asarray(vertices).tolist(), [], faces)
+        for material in materials if isinstance(materials, (list, tuple)) else [materials]:
+            data.materials.append(material)
+        if slots is not None:
+            data.polygons.foreach_set("material_index", np.asarray(slots, np.int32))
+        if smooth or normals is not None:
+            data.shade_smooth()
+        data.update()
+        if normals is not None:
+            data.normals_split_custom_set(np.asarray(normals, float).tolist())
+        return self._place(name, data, location)
+
+    def object(self, name, data, location=(0, 0, 0)):
+        """An object around data made elsewhere (a light, a mesh); returns the bpy.types.Object."""
+        return self._place(name, data, location)
+
+    def camera(self, eye, target, field_of_view):
+        """The scene's camera at `eye`, looking at `target`, z up; `field_of_view` in degrees across the wider side."""
+        data = bpy.data.cameras.new("Camera")
+        data.sensor_fit = "AUTO"
+        data.angle = math.radians(field_of_view)
+        data.clip_start, data.clip_end = 0.01, 1000.0
+        camera = self._place("Camera", data, eye)
+        direction = mathutils.Vector(target) - mathutils.Vector(eye)
+        camera.rotation_euler = direction.to_track_quat("-Z", "Y").to_euler()
+        self.scene.camera = camera
+        return camera
+
+    def world(self, world):
+        """Light the scene with a bpy.types.World."""
+        world[OWNER] = self.name
+        self.scene.world = world
+        # A smooth sky is found by chance more cheaply than by shadow rays, which an interface blocks anyway.
+        world.cycles.sampling_method = "NONE"
+
+
+def _strike(name):
+    """Take down the scene of that name made by a Stage; returns the objects in it that are not the stage's own."""
+    old = next((scene for scene in bpy.data.scenes if scene.get(OWNER) == name), None)
+    if old is None:
+        return []
+    own = [thing for thing in old.collection.all_objects if thing.get(OWNER) == name]
+    kept = [thing for thing in old.collection.all_objects if thing.get(OWNER) != name]
+    used = _used_by([*own, old.world] if old.world and old.world.get(OWNER) == name else own)
+    collections = [c for c in old.collection.children_recursive if c.get(OWNER) == name]
+    if len(bpy.data.scenes) == 1:  # Blender does not remove its last scene
+        bpy.data.scenes.new("Scene")
+    bpy.data.batch_remove([*own, *collections, old])
+    # users first: a mesh before its material, a material before its node group, a group before its text
+    for _ in range(6):
+        bpy.data.batch_remove([data for data in used if data.users == 0])
+        used = [data for data in used if _alive(data)]
+    return kept
+
+
+def _used_by(roots):
+    """All data that `roots` use, and the roots themselves save objects, found through Blender's own map of users."""
+    users = bpy.data.user_map()
+    found, front = set(), set(roots)
+    while front:
+        found |= front
+        front = {data for data, using in users.items() if using & front} - found
+    kinds = (bpy.types.Object, bpy.types.Scene, bpy.types.Collection)
+    return [data for data in found if not isinstance(data, kinds)]
+
+
+def _alive(data):
+    try:
+        return bool(data.name)
+    except ReferenceError:
+        return False

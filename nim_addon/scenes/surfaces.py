@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Opaque materials and skies of the scenes, in Blender's own nodes. Colours are linear RGB, lengths metres."""
+
+import math
+
+import bpy
+
+
+class Nodes:
+    """The node tree of a material or world, and a short way to add to it and link."""
+
+    def __init__(self, owner):
+        if owner.node_tree is None:  # from 5.0 both come with their tree
+            owner.use_nodes = True
+        self.tree = owner.node_tree
+        self.tree.nodes.clear()
+        self._column = 0
+
+    def add(self, kind, *, inputs=None, **properties):
+        """A node of type `kind`; `inputs` maps a socket's name or index to a value or to the output that feeds it."""
+        node = self.tree.nodes.new(kind)
+        node.location = (self._column * 220, 0)
+        self._column += 1
+        for key, value in properties.items():
+            setattr(node, key, value)
+        for key, value in (inputs or {}).items():
+            if isinstance(value, bpy.types.NodeSocket):
+                self.tree.links.new(value, node.inputs[key])
+            else:
+                node.inputs[key].default_value = value
+        return node
+
+    def math(self, operation, a, b=0.0):
+        """The output of a Math node; a and b are numbers or outputs."""
+        return self.add("ShaderNodeMath", operation=operation, inputs={0: a, 1: b}).outputs[0]
+
+    def mix(self, factor, a, b):
+        """The colour (1 - factor) a + factor b; each an output or an RGB triple."""
+        node = self.tree.nodes.new("ShaderNodeMix")
+        node.data_type = "RGBA"
+        node.location = (self._column * 220, 0)
+        self._column += 1
+        # RGBA sockets of the Mix node share names with its float and vector ones: found by identifier
+        sockets = {socket.identifier: socket for socket in node.inputs}
+        for key, value in (("Factor_Float", factor), ("A_Color", a), ("B_Color", b)):
+            if isinstance(value, bpy.types.NodeSocket):
+                self.tree.links.new(value, sockets[key])
+            else:
+                sockets[key].default_value = value if key == "Factor_Float" else (*value, 1.0)
+        return next(socket for socket in node.outputs if socket.identifier == "Result_Color")
+
+
+def plain(name, color):
+    """A Lambertian material of one colour."""
+    return diffuse(name, lambda nodes: color)
+
+
+def diffuse(name, paint):
+    """A Lambertian material; `paint(nodes)` returns its colour, an RGB triple or an output."""
+    material = bpy.data.materials.new(name)
+    nodes = Nodes(material)
+    color = paint(nodes)
+    if not isinstance(color, bpy.types.NodeSocket):
+        material.diffuse_color = (*color, 1.0)
+        color = (*color, 1.0)
+    shader = nodes.add("ShaderNodeBsdfDiffuse", inputs={"Color": color})
+    nodes.add("ShaderNodeOutputMaterial", inputs={"Surface": shader.outputs[0]})
+    return material
+
+
+def checker(name, light, dark, size):
+    """A Lambertian board of squares of side `size`, in object space, x and y only."""
+
+    def paint(nodes):
+        place = nodes.add("ShaderNodeTexCoord").outputs["Object"]
+        xyz = nodes.add("ShaderNodeSeparateXYZ", inputs={0: place})
+        cells = [nodes.math("FLOOR", nodes.math("DIVIDE", xyz.outputs[axis], size)) for axis in (0, 1)]
+        odd = nodes.math("FLOORED_MODULO", nodes.math("ADD", *cells), 2.0)
+        return nodes.mix(odd, light, dark)
+
+    return diffuse(name, paint)
+
+
+def sky(name, horizon, zenith, *, strength=1.0, ground=None, glow=None):
+    """A World: `horizon` colour blending with the elevation to `zenith`; `ground` (or horizon) below the horizon.
+
+    glow: None, or (direction towards it, colour, half-width in degrees): a soft sun, added as a Gaussian of the angle.
+    """
+    world = bpy.data.worlds.new(name)
+    nodes = Nodes(world)
+    direction = nodes.add("ShaderNodeTexCoord").outputs["Generated"]
+    up = nodes.add("ShaderNodeSeparateXYZ", inputs={0: direction}).outputs["Z"]
+    elevation = nodes.math("DIVIDE", nodes.math("ARCSINE", up), math.pi / 2)
+    # MAXIMUM keeps the horizon's colour below it
+    color = nodes.mix(nodes.math("MAXIMUM", elevation), horizon, zenith)
+    if ground is not None:
+        color = nodes.mix(nodes.math("GREATER_THAN", up), ground, color)
+    if glow is not None:
+        towards, tone, width = glow
+        cosine = nodes.add("ShaderNodeVectorMath", operation="DOT_PRODUCT", inputs={0: direction, 1: towards})
+        angle = nodes.math("ARCCOSINE", nodes.math("MINIMUM", cosine.outputs["Value"], 1.0))
+        ratio = nodes.math("DIVIDE", angle, math.radians(width))
+        gauss = nodes.math("EXPONENT", nodes.math("MULTIPLY", nodes.math("MULTIPLY", ratio, ratio), -1.0))
+        light = nodes.add("ShaderNodeVectorMath", operation="SCALE", inputs={0: tone, "Scale": gauss})
+        color = nodes.add("ShaderNodeVectorMath", operation="ADD", inputs={0: color, 1: light.outputs[0]}).outputs[0]
+    background = nodes.add("ShaderNodeBackground", inputs={"Color": color, "Strength": strength})
+    nodes.add("ShaderNodeOutputWorld", inputs={"Surface": background.outputs[0]})
+    return world

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import bpy
 
-from ..physics import Medium
+from ..physics import MEDIA
 
 GROUP_NAME = "NIM Interface"
 TEXT_NAME = "nim_interface.osl"
@@ -101,6 +101,14 @@ def osl_available():
     return bool(bpy.app.build_options.cycles and bpy.app.build_options.cycles_osl)
 
 
+def without_osl():
+    """The sentence for a Blender in which osl_available() is False."""
+    return (
+        f"Blender {bpy.app.version_string} here was built without OSL, which the material needs; "
+        "use a build from blender.org or the bpy package from PyPI."
+    )
+
+
 def _compile(source):
     """Bytecode of an OSL source, and the md5 that Cycles keys it by. The only caller of the private compiler."""
     import _cycles
@@ -132,10 +140,7 @@ def interface_group():
     A group that holds an older shader is brought up to date in place. Raises RuntimeError in a Blender without OSL.
     """
     if not osl_available():
-        raise RuntimeError(
-            f"Blender {bpy.app.version_string} here was built without OSL, which the material needs; "
-            "use a build from blender.org or the bpy package from PyPI."
-        )
+        raise RuntimeError(without_osl())
     source = shader_source()
     group = next((g for g in bpy.data.node_groups if g.get("nim_interface") and not g.library), None)
     if group is None:
@@ -174,7 +179,7 @@ def _new_group():
     return group
 
 
-def interface_material(name, inside, outside=Medium(1.0), *, backend="osl", tint=(1.0, 1.0, 1.0)):
+def interface_material(name, inside, outside=MEDIA["air"], *, backend="osl", tint=(1.0, 1.0, 1.0)):
     """A material for the interface between two media.
 
     name:            of the new material; Blender appends .001 where it is taken

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Render settings under which no light is lost at an interface (what each one would cost is in the comments)."""
 
-# A bent ray counts as a transparent bounce, and the path ends after this many of them.
-TRANSPARENT_BOUNCES = 256
-BOUNCES = 128
+# The most Cycles takes. A ray bent backwards counts as a transparent bounce, any other as a bounce of its kind, and a
+# path that has used them up is black; paths that lose light end early by Russian roulette, so a high limit costs little.
+BOUNCES = 1024
 
 
 def lossless(scene):
@@ -12,7 +12,7 @@ def lossless(scene):
     cycles = scene.cycles
     cycles.device = "CPU"
     cycles.shading_system = True  # OSL
-    cycles.transparent_max_bounces = TRANSPARENT_BOUNCES
+    cycles.transparent_max_bounces = BOUNCES
     cycles.max_bounces = BOUNCES
     for kind in ("diffuse", "glossy", "transmission"):
         setattr(cycles, f"{kind}_bounces", BOUNCES)

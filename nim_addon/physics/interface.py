@@ -35,6 +35,15 @@ def _cosine(cos_i):
     return cos_i
 
 
+def _unit(vectors):
+    vectors = np.asarray(vectors, float)
+    longest = np.max(np.abs(vectors), axis=-1, keepdims=True)
+    if not np.all((longest > 0) & np.isfinite(longest)):
+        raise ValueError("a direction or a normal that is zero or not finite points nowhere; give finite vectors.")
+    vectors = vectors / longest  # so that the squares in the norm neither overflow nor vanish
+    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+
+
 @dataclass(frozen=True)
 class Interface:
     """A surface between two media: `inside` lies behind its faces, `outside` where the normals point.
@@ -60,13 +69,9 @@ class Interface:
         d:      (..., 3) directions the light travels in, of any length but zero
         normal: (..., 3) normals, pointing into `outside`, of any length but zero
         Returns (..., 3) unit vectors, NaN where the light is totally reflected. A ray with d . normal > 0 arrives
-        from inside. The arguments broadcast. Raises ValueError for a zero vector.
+        from inside. The arguments broadcast. Raises ValueError for a vector that is zero or not finite.
         """
-        d, normal = np.broadcast_arrays(np.asarray(d, float), np.asarray(normal, float))
-        lengths = np.linalg.norm(d, axis=-1, keepdims=True), np.linalg.norm(normal, axis=-1, keepdims=True)
-        if not all(np.all(length > 0) for length in lengths):
-            raise ValueError("a direction or a normal of length zero has no angle; give vectors that point somewhere.")
-        d, normal = d / lengths[0], normal / lengths[1]
+        d, normal = np.broadcast_arrays(_unit(d), _unit(normal))
         along = np.sum(d * normal, axis=-1, keepdims=True)
         # from here on the normal stands against the ray, as in thesis figure 2.1
         normal = np.where(along > 0, -normal, normal)

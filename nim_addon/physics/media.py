@@ -84,7 +84,8 @@ class Medium:
         )
 
     def __str__(self):
-        return f"n={self.n:g}" if abs(self.mu) == 1 else f"n={self.n:g},mu={self.mu:g}"
+        n, mu = (repr(number).removesuffix(".0") for number in (self.n, self.mu))  # shortest that reads back the same
+        return f"n={n}" if abs(self.mu) == 1 else f"n={n},mu={mu}"
 
 
 # The indices of the thesis (chapter 5, appendices A and B); `nim` is its liquid, of figures 5.1 to 5.9.

@@ -95,7 +95,16 @@ def _checked(field, value):
     if kind in ("number", "integer"):
         return _number(field, value)
     if kind == "switch":
-        words = {"true": True, "yes": True, "on": True, "1": True, "false": False, "no": False, "off": False, "0": False}
+        words = {
+            "true": True,
+            "yes": True,
+            "on": True,
+            "1": True,
+            "false": False,
+            "no": False,
+            "off": False,
+            "0": False,
+        }
         answer = words.get(str(value).lower())
         if answer is None:
             raise ValueError(f"{name} = {value!r} is neither on nor off.")

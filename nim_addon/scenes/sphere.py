@@ -30,27 +30,27 @@ class SphereParameters(Parameters):
 
 
 def build(parameters, backend="osl"):
-    """Build the scene from SphereParameters; returns the bpy.types.Scene. Sphere of radius 1 m, z up, camera along +y."""
+    """Build the scene from SphereParameters; returns the bpy.types.Scene. The radius is 1 m, the camera looks along +y."""
     stage = Stage("sphere")
     stage.mesh(
         "Ground",
-        *shapes.rectangle((-60, -60), (60, 60)),
-        surfaces.checker("Ground", (0.62, 0.56, 0.46), (0.16, 0.19, 0.22), 0.8),
+        *shapes.rectangle((-200, -200), (200, 200)),
+        surfaces.checker("Ground", (0.78, 0.70, 0.56), (0.11, 0.09, 0.075), 0.8),
     )
     # Resting on the ground, with a gap as wide as nothing: 1 mm keeps the two surfaces from touching.
     ball(stage, "Sphere", (0, 0, 1.001), 1.0, interface_material("Sphere", parameters.medium, backend=backend))
     if parameters.companions:
         ball(stage, "Red", (0.55, 2.6, 0.6), 0.6, surfaces.plain("Red", (0.75, 0.03, 0.02)))
-        ball(stage, "Blue", (-0.95, -2.1, 0.35), 0.35, surfaces.plain("Blue", (0.02, 0.08, 0.7)))
+        ball(stage, "Blue", (-0.82, -1.9, 0.35), 0.35, surfaces.plain("Blue", (0.02, 0.08, 0.7)))
     stage.world(
         surfaces.sky(
             "Sky",
-            (0.95, 0.85, 0.72),
-            (0.16, 0.36, 0.85),
-            glow=((-0.52, 0.42, 0.74), (38.0, 34.0, 28.0), 9.0),
+            (0.62, 0.80, 1.0),
+            (0.03, 0.14, 0.55),
+            glow=((-0.56, -0.36, 0.75), (62.0, 54.0, 42.0), 8.0),
         )
     )
-    stage.camera((0, -7.0, 1.9), (0, 0, 0.98), 32)
+    stage.camera((0, -7.0, 1.9), (0, 0, 0.95), 34)
     return stage.scene
 
 
@@ -65,5 +65,3 @@ def ball(stage, name, center, radius, material):
     cast.cast_type, cast.factor, cast.use_radius_as_size = "SPHERE", 1.0, False
     cast.size = radius
     return thing
-
-

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The stage a scene is put on: a Blender scene and a collection of its own, so that nothing of the user's is touched."""
+"""The stage a scene is put on: a Blender scene and a collection of its own; nothing of the user's is touched."""
 
 import math
 

@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Write each scene, with its default parameters, to a .blend beside this file (or into the folder given)."""
+
+import os
+import shutil
+import sys
+import tempfile
+from pathlib import Path
+
+import bpy
+
+from nim_addon.cycles.render import quiet
+from nim_addon.scenes import SCENES
+
+folder = Path(sys.argv[1] if len(sys.argv) > 1 else __file__).resolve()
+folder = folder if folder.is_dir() else folder.parent
+for kind in SCENES.values():
+    # saved elsewhere and moved: a killed run leaves no half file, and a .blend records the path it was saved to
+    with tempfile.TemporaryDirectory() as work, quiet():
+        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+        spare = bpy.context.scene
+        bpy.context.window.scene = kind.build(kind.parameters())
+        bpy.data.scenes.remove(spare)
+        bpy.context.scene.render.filepath = f"//{kind.name}"
+        bpy.data.orphans_purge()
+        made = Path(work, f"{kind.name}.blend")
+        bpy.ops.wm.save_as_mainfile(filepath=str(made), compress=True)
+        target = shutil.copy(made, folder / f".{kind.name}.part.blend")
+        os.replace(target, folder / f"{kind.name}.blend")
+    print(f"{kind.name}.blend, {(folder / f'{kind.name}.blend').stat().st_size / 1e3:.0f} kB")

@@ -1,0 +1,163 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""For people: set up, render, test, make the scenes, the extension and the benchmarks. Standard library only.
+
+  python3 build.py render sphere       any nimray command: render, scenes..., verify, fresnel, doctor, info
+  python3 build.py test                run the tests (more words go to pytest)
+  python3 build.py scenes              write blend_scenes/*.blend
+  python3 build.py package             build and validate dist/nim_addon-X.Y.Z.zip with Blender's own tool
+  python3 build.py bench               print how fast it is, beside Blender's own Glass BSDF
+  python3 build.py setup               make the environment only; every other command does so when needed
+
+--blender 5.0 before or after the command picks another Blender (4.5 and 5.0 run on Python 3.11).
+"""
+
+import hashlib
+import os
+import shutil
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent
+# The Python that each Blender's module is built for.
+PYTHON = {"4.5": (3, 11), "5.0": (3, 11), "5.2": (3, 13)}
+NIMRAY = ("render", "verify", "fresnel", "doctor", "info")
+
+
+def main(words):
+    """Run one command; returns the exit code."""
+    blender = "4.5"
+    if "--blender" in words:
+        at = words.index("--blender")
+        blender = words[at + 1] if at + 1 < len(words) else ""
+        if blender not in PYTHON:
+            return complain(f"--blender {blender or '(nothing)'}: choose one of {', '.join(PYTHON)}.")
+        words = words[:at] + words[at + 2 :]
+    if not words or words[0] in ("-h", "--help", "help"):
+        print(__doc__.strip())
+        return 0 if words else 2
+    command, rest = words[0], words[1:]
+    known = {"setup": setup, "test": test, "scenes": scenes, "package": package, "bench": bench}
+    if command not in known and command not in NIMRAY:
+        return complain(f"there is no command {command!r}; the ones that exist are {', '.join([*known, *NIMRAY])}.")
+    try:
+        python = environment(blender)
+    except SetupError as error:
+        return complain(str(error), 1)
+    if command in NIMRAY:
+        return run(python, "-m", "nim_addon", command, *rest, where=None)
+    return known[command](python, rest)
+
+
+def complain(sentence, code=2):
+    """Say what is wrong; returns the exit code."""
+    print(f"build.py: {sentence}", file=sys.stderr)
+    return code
+
+
+def run(python, *words, where=ROOT):
+    """Run the environment's Python; returns its exit code. `where` None stays in the caller's folder."""
+    paths = [str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])]
+    settings = {**os.environ, "PYTHONPATH": os.pathsep.join(paths)}
+    try:
+        return subprocess.call([str(python), *map(str, words)], cwd=where, env=settings)
+    except KeyboardInterrupt:  # the child has the same Ctrl-C, and has said what it did with it
+        return 130
+
+
+# ------------------------------------------------------------------------------------------------ the environment
+
+
+class SetupError(Exception):
+    """The environment cannot be made; the text says why and what to do."""
+
+
+def environment(blender):
+    """The Python of .venv (of .venv-5.0 and so on for another Blender than 4.5), made when missing or stale."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    wanted = [f"bpy=={blender}.*" if need.startswith("bpy") else need for need in project["dependencies"]]
+    wanted += project["optional-dependencies"]["test"]
+    folder = ROOT / (".venv" if blender == "4.5" else f".venv-{blender}")
+    python = folder / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+    stamp = folder / "made-from"
+    # a copied or moved environment is stale too: its scripts name the old place
+    mark = hashlib.sha256(repr((wanted, str(folder))).encode()).hexdigest()
+    if python.exists() and stamp.exists() and stamp.read_text() == mark:
+        return python
+    print(f"build.py: making {folder.name} with Blender {blender} (once, about 400 MB)", file=sys.stderr, flush=True)
+    shutil.rmtree(folder, ignore_errors=True)
+    steps = (
+        [interpreter(PYTHON[blender]), "-m", "venv", folder],
+        [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *wanted],
+    )
+    for step in steps:
+        done = subprocess.run(
+            [str(word) for word in step], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+        )
+        if done.returncode:
+            shutil.rmtree(folder, ignore_errors=True)
+            reason = ([line for line in done.stderr.splitlines() if line.strip()] or ["no reason given"])[-1]
+            raise SetupError(f"the environment could not be made: {reason.strip()}")
+    stamp.write_text(mark)
+    return python
+
+
+def interpreter(version):
+    """A Python of that version: this one if it fits, else one on the PATH."""
+    if sys.version_info[:2] == version:
+        return sys.executable
+    name = "python{}.{}".format(*version)
+    found = shutil.which(name)
+    if not found:
+        raise SetupError(f"this Blender needs {name}, which is not on the PATH; install it.")
+    return found
+
+
+# ------------------------------------------------------------------------------------------------ the commands
+
+
+def setup(python, rest):
+    """Only make the environment."""
+    print(f"build.py: {python.parent.parent.name} is ready")
+    return 0
+
+
+def test(python, rest):
+    """Run pytest."""
+    return run(python, "-m", "pytest", *rest)
+
+
+def scenes(python, rest):
+    """Write blend_scenes/*.blend."""
+    return run(python, "blend_scenes/make.py", *rest)
+
+
+def package(python, rest):
+    """Build and validate the extension's zip."""
+    staged, target = ROOT / "build" / "nim_addon", ROOT / "dist"
+    shutil.rmtree(staged, ignore_errors=True)
+    leave = shutil.ignore_patterns("__pycache__", "*.pyc")
+    shutil.copytree(ROOT / "nim_addon", staged, ignore=leave)
+    shutil.copytree(ROOT / "osl", staged / "osl", ignore=leave)
+    shutil.copy(ROOT / "LICENSE", staged)
+    target.mkdir(exist_ok=True)
+    finder = (
+        "import bpy, glob; print(glob.glob(bpy.utils.system_resource('SCRIPTS') + '/addons*/bl_pkg/cli/*_ext.py')[0])"
+    )
+    tool = subprocess.run([str(python), "-c", finder], stdout=subprocess.PIPE, text=True).stdout.split("\n")[0]
+    if not tool:
+        return complain("this Blender has no extension tool.", 1)
+    return run(python, tool, "validate", staged) or run(
+        python, tool, "build", "--source-dir", staged, "--output-dir", target
+    )
+
+
+def bench(python, rest):
+    """Print the benchmarks."""
+    return run(python, "bench/glass.py", *rest)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,494 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The command: `nimray ...`, `python -m nim_addon ...`. bpy is imported only by the subcommands that render."""
+
+import argparse
+import csv
+import dataclasses
+import json
+import math
+import os
+import sys
+import time
+from pathlib import Path
+
+from . import __version__ as VERSION
+from .physics import MEDIA, Interface, Medium
+
+OLDEST_BLENDER = (4, 2, 0)  # the Ray Portal closure, which bends a ray backwards, came with it
+LARGEST = 16384  # pixels a side
+MOST_SAMPLES = 1 << 20
+
+USAGE, FAILURE = 2, 1
+
+
+class UsageError(Exception):
+    """What was asked for makes no sense: exit code 2."""
+
+
+class Failure(Exception):
+    """What was asked for could not be done: exit code 1."""
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message):
+        raise UsageError(f"{message}. Try `{self.prog} --help`.")
+
+
+def main(argv=None):
+    """Run the command with `argv` (a list of words, default those of the process); returns the exit code."""
+    try:
+        arguments = _parser().parse_args(argv)
+        return arguments.run(arguments) or 0
+    except UsageError as error:
+        return _complain(error, USAGE)
+    except (Failure, OSError, RuntimeError) as error:
+        return _complain(error, FAILURE)
+    except KeyboardInterrupt:
+        return _complain("stopped.", 130)
+
+
+def _complain(error, code):
+    print(f"nimray: {error}", file=sys.stderr)
+    return code
+
+
+def script():
+    """Entry of the installed command: main(), then an exit without Blender's noise about memory it still holds."""
+    code = main()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    if "bpy" in sys.modules:
+        os._exit(code)
+    sys.exit(code)
+
+
+# ------------------------------------------------------------------------------------------------ what a person writes
+
+
+def _medium(text):
+    try:
+        return Medium.parse(text)
+    except ValueError as error:
+        raise UsageError(str(error)) from None
+
+
+def _size(text):
+    words = text.lower().split("x")
+    if len(words) != 2 or not all(word.isdecimal() for word in words):
+        raise UsageError(f"--size {text!r} is not a size; write it like 800x600.")
+    size = tuple(int(word) for word in words)
+    if not all(1 <= side <= LARGEST for side in size):
+        raise UsageError(f"--size {text} is out of range; each side lies between 1 and {LARGEST} pixels.")
+    return size
+
+
+def _whole(option, low, high):
+    def read(text):
+        try:
+            value = int(text)
+        except ValueError:
+            raise UsageError(f"{option} {text!r} is not a whole number.") from None
+        if not low <= value <= high:
+            raise UsageError(f"{option} {text} is out of range; it lies between {low} and {high}.")
+        return value
+
+    return read
+
+
+def _name(text):
+    if not text or text in (".", "..") or any(character in text for character in '/\\:*?"<>|\0') or text[0] == "-":
+        raise UsageError(f"--name {text!r} cannot name a file; use letters, digits, dots and dashes.")
+    return text
+
+
+def _parser():
+    parser = _Parser(
+        prog="nimray",
+        description="Negative-index materials, rendered with Cycles by the physics.",
+        epilog="Media are written by name or number: glass, -1.33, n=-1.33,mu=-10. Names: " + ", ".join(MEDIA) + ".",
+    )
+    parser.add_argument("--version", action="version", version=f"nimray {VERSION}")
+    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True, parser_class=_Parser)
+
+    def command(name, run, summary, **more):
+        one = commands.add_parser(
+            name, help=summary, description=summary, formatter_class=argparse.RawDescriptionHelpFormatter, **more
+        )
+        one.set_defaults(run=run)
+        return one
+
+    one = command(
+        "render",
+        _render,
+        "Render a scene to NAME.exr (linear, 32-bit) and NAME.png (as displayed).",
+        epilog="examples:\n"
+        "  nimray render sphere\n"
+        "  nimray render sphere --set n=1.5 companions=yes --samples 256 --size 1280x960\n"
+        "  nimray render glass --set liquid=water view=top --denoise\n"
+        "  nimray render pool --set liquid=nim mu=-10 view=window\n"
+        "  nimray render --again renders/sphere.exr --samples 1024\n\n"
+        "`nimray scenes` lists the scenes and the keys that --set takes.",
+    )
+    one.add_argument("scene", nargs="?", metavar="SCENE", help="glass, pool or sphere")
+    one.add_argument(
+        "--set", nargs="+", action="extend", default=[], metavar="KEY=VALUE", dest="assignments", help="parameters"
+    )
+    one.add_argument("--samples", type=_whole("--samples", 1, MOST_SAMPLES), metavar="N", help="paths a pixel (128)")
+    one.add_argument("--size", type=_size, metavar="WxH", help="pixels (the scene's own)")
+    one.add_argument("--seed", type=_whole("--seed", 0, 2**31 - 1), metavar="S", help="of the noise (0)")
+    one.add_argument("--out", default="renders", metavar="DIR", help="folder to write to (renders)")
+    one.add_argument("--name", type=_name, metavar="NAME", help="of the files, without suffix (scene and settings)")
+    one.add_argument("--denoise", action=argparse.BooleanOptionalAction, help="clean the noise (OpenImageDenoise)")
+    one.add_argument("--blend", action="store_true", help="save the Blender file too")
+    one.add_argument("--again", metavar="FILE", help="repeat the render that made this EXR or PNG")
+    one.add_argument("--quiet", action="store_true", help="print nothing but errors")
+
+    one = command("scenes", _scenes, "List the scenes and their parameters.")
+    one.add_argument("--json", action="store_true", help="for programs")
+
+    one = command(
+        "fresnel",
+        _fresnel,
+        "Print reflectance and transmittance of an interface against the angle of incidence.",
+        epilog="examples:\n  nimray fresnel --inside nim\n  nimray fresnel --inside n=-1.33,mu=-10 --outside water --csv",
+    )
+    one.add_argument("--inside", type=_medium, required=True, metavar="M", help="medium the light enters")
+    one.add_argument("--outside", type=_medium, default=Medium(1.0), metavar="M", help="medium it comes from (air)")
+    one.add_argument("--step", type=_whole("--step", 1, 90), default=5, metavar="DEG", help="of the table (5)")
+    form = one.add_mutually_exclusive_group()
+    form.add_argument("--csv", action="store_true", help="comma-separated values")
+    form.add_argument("--json", action="store_true", help="for programs")
+
+    one = command("verify", _verify, "Measure with Cycles whether this Blender obeys the equations (about 20 s).")
+    one.add_argument("--json", action="store_true", help="for programs")
+    one.add_argument("--quiet", action="store_true", help="print the verdict only")
+
+    one = command("doctor", _doctor, "Say what this installation has, what is missing, and how to mend it.")
+    one.add_argument("--json", action="store_true", help="for programs")
+
+    one = command("info", _info, "Show what made an image.")
+    one.add_argument("file", metavar="FILE", help="an EXR or PNG written by nimray")
+    one.add_argument("--json", action="store_true", help="for programs")
+    return parser
+
+
+# ------------------------------------------------------------------------------------------------ what it does
+
+
+def _bpy():
+    """Blender as a module, of a version that can render a NIM; Failure says what to do about it otherwise."""
+    try:
+        import bpy
+    except ImportError as error:
+        raise Failure(
+            f"Blender is not installed as a Python module ({error}); run: python -m pip install bpy"
+        ) from None
+    if bpy.app.version < OLDEST_BLENDER:
+        oldest = ".".join(map(str, OLDEST_BLENDER[:2]))
+        raise Failure(
+            f"Blender {bpy.app.version_string} is too old: no ray can bend backwards before {oldest}; "
+            f"use {oldest} or newer."
+        )
+    return bpy
+
+
+def _osl():
+    """Blender with OSL; Failure otherwise."""
+    bpy = _bpy()
+    from .cycles.material import osl_available, without_osl
+
+    if not osl_available():
+        raise Failure(without_osl())
+    return bpy
+
+
+def _scene_type(name):
+    from .scenes import scene_type
+
+    try:
+        return scene_type(name)
+    except ValueError as error:
+        raise UsageError(str(error)) from None
+
+
+def _render(arguments):
+    if arguments.again and (arguments.scene or arguments.assignments):
+        raise UsageError("--again repeats a scene with its parameters; give it without SCENE and --set.")
+    if not arguments.again and not arguments.scene:
+        raise UsageError("name a scene to render: glass, pool or sphere.")
+    _bpy()
+    record = _recorded(arguments.again) if arguments.again else {}
+    kind = _scene_type(arguments.scene or record["scene"])
+    try:
+        read = kind.parameters.read
+        parameters = kind.parameters(**record["parameters"]) if record else read(arguments.assignments)
+    except (ValueError, TypeError) as error:
+        raise UsageError(str(error)) from None
+    _osl()
+    from .cycles import render
+
+    folder = render.writable_folder(arguments.out)
+    started = time.monotonic()
+    try:
+        scene = kind.build(parameters)
+    except ValueError as error:
+        raise UsageError(str(error)) from None
+
+    def given(value, key, default):
+        return value if value is not None else record.get(key, default)
+
+    width, height = given(arguments.size, "size", (scene.render.resolution_x, scene.render.resolution_y))
+    scene.render.resolution_x, scene.render.resolution_y = width, height
+    scene.render.resolution_percentage = 100
+    scene.cycles.samples = given(arguments.samples, "samples", 128)
+    scene.cycles.seed = given(arguments.seed, "seed", 0)
+    scene.cycles.use_denoising = given(arguments.denoise, "denoise", False)
+    name = arguments.name or (f"{Path(arguments.again).stem}_again" if record else _default_name(arguments))
+    made = {
+        "nimray": VERSION,
+        "scene": kind.name,
+        "parameters": parameters.plain(),
+        "size": [width, height],
+        "samples": scene.cycles.samples,
+        "seed": scene.cycles.seed,
+        "denoise": scene.cycles.use_denoising,
+        "backend": "osl",
+        "blender": _bpy().app.version_string,
+    }
+    if record and not arguments.quiet and record["blender"] != made["blender"]:
+        print(f"nimray: made with Blender {record['blender']}, repeated with {made['blender']}.", file=sys.stderr)
+    show = None if arguments.quiet or not sys.stderr.isatty() else _Bar(name)
+    try:
+        files = render.render(scene, folder, name, metadata=made, progress=show, blend=arguments.blend)
+    finally:
+        if show:
+            show.end()
+    if not arguments.quiet:
+        print(f"{files[0]}\n{files[1]}")
+        if sys.stdout.isatty():
+            print(f"{width} x {height}, {made['samples']} samples, {time.monotonic() - started:.1f} s")
+
+
+def _recorded(path):
+    from .cycles.render import read_metadata
+
+    try:
+        record = read_metadata(path)
+    except ValueError as error:
+        raise UsageError(str(error)) from None
+    except FileNotFoundError as error:
+        raise UsageError(str(error)) from None
+    missing = {"scene", "parameters", "size", "samples", "seed", "denoise", "blender"} - set(record)
+    if missing:
+        raise UsageError(f"{path} does not record its {', '.join(sorted(missing))}, so it cannot be repeated.")
+    return record
+
+
+def _default_name(arguments):
+    settings = []
+    for text in arguments.assignments:
+        key, _, value = text.partition("=")
+        # a file's path is no part of a file's name
+        settings.append(f"{key.strip()}-{Path(value.strip()).stem if '/' in value else value.strip()}")
+    return "_".join([arguments.scene, *settings]).replace(",", "_").replace("=", "").replace(" ", "")
+
+
+class _Bar:
+    """A line on the terminal that tells how far a render is."""
+
+    WIDTH = 28
+
+    def __init__(self, name):
+        self.name = name
+
+    def __call__(self, done, total, left):
+        full = self.WIDTH * done // total
+        bar = "#" * full + "." * (self.WIDTH - full)
+        wait = "" if left is None else f", {_duration(left)} left"
+        line = f"{self.name} [{bar}] {done}/{total} samples{wait}"
+        print(f"\r{line:<{len(self.name) + self.WIDTH + 46}}", end="", file=sys.stderr, flush=True)
+
+    def end(self):
+        """Clear the line."""
+        print("\r" + " " * (len(self.name) + self.WIDTH + 46) + "\r", end="", file=sys.stderr, flush=True)
+
+
+def _duration(seconds):
+    minutes, seconds = divmod(round(seconds), 60)
+    return f"{minutes // 60} h {minutes % 60} min" if minutes >= 60 else f"{minutes}:{seconds:02}"
+
+
+def _describe(field):
+    data = field.metadata
+    if data["kind"] in ("number", "integer"):
+        allowed = f"{data['low']:g} to {data['high']:g}{' ' + data['unit'] if data.get('unit') else ''}"
+    elif data["kind"] == "switch":
+        allowed = "yes or no"
+    elif data["kind"] == "liquid":
+        allowed = "none, a medium's name, or an index"
+    elif data["kind"] == "mesh":
+        allowed = ", ".join(data["choices"]) + ", or a PLY, OBJ or STL file"
+    else:
+        allowed = ", ".join(data["choices"])
+    return allowed
+
+
+def _default_of(field):
+    value = field.default
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return {None: "none" if field.metadata["kind"] == "liquid" else "auto"}.get(value, str(value))
+
+
+def _scenes(arguments):
+    _bpy()
+    from .scenes import SCENES
+
+    listed = [
+        {
+            "name": kind.name,
+            "shows": kind.shows,
+            "parameters": [
+                {
+                    "key": field.name,
+                    "description": field.metadata["description"],
+                    "allowed": _describe(field),
+                    "default": _default_of(field),
+                }
+                for field in dataclasses.fields(kind.parameters)
+            ],
+        }
+        for kind in SCENES.values()
+    ]
+    if arguments.json:
+        print(json.dumps(listed, indent=2))
+        return
+    for kind in listed:
+        print(f"{kind['name']}: {kind['shows']}")
+        for one in kind["parameters"]:
+            print(f"  {one['key']:<12} {one['description']} ({one['allowed']}; default {one['default']})")
+        print()
+    print("Render one with: nimray render SCENE --set KEY=VALUE ...")
+
+
+def _fresnel(arguments):
+    import numpy as np
+
+    interface = Interface(arguments.inside, arguments.outside)
+    angles = np.unique([*range(0, 90, arguments.step), 90])
+    cosines = np.where(angles == 90, 0.0, np.cos(np.radians(angles)))
+    values = interface.fresnel(cosines)
+    theta_t = np.degrees(interface.theta_t(np.radians(angles)))
+    head = ("theta_i", "theta_t", "R_s", "R_p", "R", "T")
+    rows = [
+        (int(a), None if math.isnan(t) else float(t) + 0.0, *map(float, v))
+        for a, t, *v in zip(angles, theta_t, *values, strict=True)
+    ]
+    critical, brewster = interface.critical_angle(), interface.brewster_angle()
+    if arguments.csv:
+        out = csv.writer(sys.stdout, lineterminator="\n")
+        out.writerow(head)
+        out.writerows([["" if value is None else value for value in row] for row in rows])
+    elif arguments.json:
+        print(
+            json.dumps(
+                {
+                    "outside": dataclasses.asdict(interface.outside),
+                    "inside": dataclasses.asdict(interface.inside),
+                    "critical_angle": None if critical is None else math.degrees(critical),
+                    "brewster_angle": None if brewster is None else math.degrees(brewster),
+                    "rows": [dict(zip(head, row, strict=True)) for row in rows],
+                },
+                indent=2,
+            )
+        )
+    else:
+        print(f"from {interface.outside} into {interface.inside}, angles in degrees")
+        print(f"bends backwards: {'yes' if interface.bends_backwards else 'no'}")
+        print(f"critical angle:  {'none' if critical is None else f'{math.degrees(critical):.3f}'}")
+        print(f"Brewster angle:  {'none' if brewster is None else f'{math.degrees(brewster):.3f}'}")
+        print(f"{'theta_i':>8}{'theta_t':>10}{'R_s':>10}{'R_p':>10}{'R':>10}{'T':>10}")
+        for a, t, *v in rows:
+            print(f"{a:8d}{'total' if t is None else f'{t:.3f}':>10}" + "".join(f"{x:10.6f}" for x in v))
+
+
+def _verify(arguments):
+    _osl()
+    from .cycles import verify
+
+    show = None
+    if sys.stderr.isatty() and not (arguments.quiet or arguments.json):
+
+        def show(done, total):
+            print(f"\rmeasuring {done}/{total}", end="\n" if done == total else "", file=sys.stderr, flush=True)
+
+    checks = verify.verify(show)
+    answer = verify.summary(checks)
+    if arguments.json:
+        print(json.dumps(answer, indent=2))
+    else:
+        if not arguments.quiet:
+            print(verify.HEADER)
+            for check in checks:
+                print(check.row())
+        failed = sum(not check.passed for check in checks)
+        verdict = "PASS" if answer["passed"] else f"FAIL: {failed} of"
+        print(f"{verdict} {len(checks)} checks, Blender {answer['blender']}")
+    return 0 if answer["passed"] else FAILURE
+
+
+def _doctor(arguments):
+    import platform
+
+    import numpy
+
+    facts = {"nimray": VERSION, "python": platform.python_version(), "numpy": numpy.__version__}
+    problems = []
+    try:
+        bpy = _bpy()
+        from .cycles.material import osl_available, without_osl
+
+        facts["blender"] = bpy.app.version_string
+        facts["osl"] = osl_available()
+        if not osl_available():
+            problems.append(without_osl())
+        facts["devices"] = _devices()
+    except Failure as error:
+        problems.append(str(error))
+    try:
+        import OpenImageIO
+
+        facts["openimageio"] = OpenImageIO.VERSION_STRING
+    except ImportError as error:
+        problems.append(f"OpenImageIO is missing ({error}), so no image can be written; run: pip install OpenImageIO")
+    if arguments.json:
+        print(json.dumps({**facts, "problems": problems}, indent=2))
+    else:
+        for key, value in facts.items():
+            print(f"{key:<12} {value if not isinstance(value, list) else ', '.join(value)}")
+        print("\n".join(f"problem: {problem}" for problem in problems) or "Everything that is needed is here.")
+    return FAILURE if problems else 0
+
+
+def _devices():
+    import _cycles
+
+    return [device[0] for device in _cycles.available_devices("CPU")]
+
+
+def _info(arguments):
+    from .cycles.render import read_metadata
+
+    try:
+        record = read_metadata(arguments.file)
+    except (ValueError, FileNotFoundError) as error:
+        raise UsageError(str(error)) from None
+    if arguments.json:
+        print(json.dumps(record, indent=2))
+        return
+    for key, value in record.items():
+        if isinstance(value, dict):
+            value = ", ".join(f"{k}={'none' if v is None else v}" for k, v in value.items())
+        elif isinstance(value, list):
+            value = " x ".join(map(str, value))
+        print(f"{key:<12} {value}")

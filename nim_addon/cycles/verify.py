@@ -1,0 +1,326 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A goniometer in Cycles: does this Blender obey the equations?
+
+A parallel beam (an orthographic camera, seen backwards) falls at an angle on flat interfaces that lie side by side in
+strips; rays stay in the plane of incidence, so the strips do not mix. Above is a red world, below at depth 1 a floor
+that glows with the x where it was hit. Each path ends in one of them: red is R, the floor's mean is the landing point.
+"""
+
+import contextlib
+import math
+import tempfile
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import bpy
+import mathutils
+import numpy as np
+
+from ..physics import MEDIA, Interface, Medium
+from . import settings
+from .material import interface_material
+from .render import quiet
+
+# degrees; 48 lies just below the critical angle of 1.33 to air, 48.75
+ANGLES = (0.0, 30.0, 48.0, 60.0, 80.0, 89.0)
+PAIRS = (
+    Interface(MEDIA["water"]),
+    Interface(MEDIA["glass"]),
+    Interface(MEDIA["glass"], MEDIA["water"]),
+    Interface(MEDIA["nim-1.025"]),
+    Interface(MEDIA["nim-1.33"]),
+    Interface(MEDIA["nim-1.5"]),
+    Interface(MEDIA["nim-4.1"]),
+    Interface(MEDIA["nim-1.33"], MEDIA["glass"]),
+    Interface(MEDIA["nim-mu10"]),
+    Interface(MEDIA["nim-mu25"]),
+    Interface(MEDIA["nim-1.5"], MEDIA["nim-1.33"]),
+    Interface(Medium(-0.6, -2.0), MEDIA["nim-mu10"]),
+)
+SAMPLES = 64  # a pixel
+ACROSS, ALONG = 32, 16  # pixels of a strip: 512 of them make 32,768 samples
+PITCH = 0.002  # width of a strip, where the floor lies at depth 1
+OFFSET = 64.0  # added to x on the floor, so that what glows is positive
+LANDING_TOLERANCE = 1e-3  # of the depth
+FURNACE_TOLERANCE = 1e-3
+SIGMAS = 4.0
+CHAIN = 40
+
+
+@dataclass(frozen=True)
+class Check:
+    """One measured number beside the equation's: `error` is its standard error, or the tolerance where `z` is None."""
+
+    what: str  # "R", "landing", "R of 40", "R + T", "furnace"
+    incident: str
+    transmitted: str
+    signs: str
+    side: str  # the side of the faces the beam comes from
+    angle: float  # degrees
+    equation: float
+    measured: float
+    error: float
+    z: float | None
+    passed: bool
+
+    def row(self):
+        """One line of the printed table."""
+        z = "" if self.z is None else f"{self.z:+7.2f}"
+        verdict = "" if self.passed else "  FAIL"
+        pair = f"{self.incident} -> {self.transmitted}"
+        return (
+            f"{self.what:8} {pair:30} {self.side:8} {self.angle:5.1f} "
+            f"{self.equation:12.6f} {self.measured:12.6f} {self.error:10.2g} {z:7}{verdict}"
+        )
+
+
+HEADER = f"{'what':8} {'media':30} {'from':8} {'angle':>5} {'equation':>12} {'measured':>12} {'std error':>10} {'z':>7}"
+
+
+def verify(progress=None):
+    """Measure R and landing points, a chain of interfaces and white furnaces in Cycles; returns a list of Check.
+
+    progress: called with (renders done, renders in all). About 20 s; nothing of the current file is changed.
+    Raises RuntimeError in a Blender without OSL.
+    """
+    checks = []
+    steps = [*((_measure_angle, angle) for angle in ANGLES), (_measure_chain, 30.0), (_measure_furnace, None)]
+    for done, (measure, argument) in enumerate(steps):
+        if progress:
+            progress(done, len(steps))
+        checks += measure(argument)
+    if progress:
+        progress(len(steps), len(steps))
+    return checks
+
+
+def summary(checks):
+    """A JSON-ready dict: verdict, versions and all checks."""
+    return {
+        "passed": all(check.passed for check in checks),
+        "blender": bpy.app.version_string,
+        "checks": [asdict(check) for check in checks],
+    }
+
+
+# ------------------------------------------------------------------------------------------------ the rig
+
+
+@contextlib.contextmanager
+def _rig():
+    """An empty scene set up for measuring, and a list for the data made for it: all is taken away at the end."""
+    before = {kind: set(getattr(bpy.data, kind)) for kind in _KINDS}
+    scene = bpy.data.scenes.new("NIM goniometer")
+    settings.lossless(scene)
+    scene.cycles.samples = SAMPLES
+    scene.cycles.pixel_filter_type = "BOX"
+    scene.cycles.seed = 1
+    try:
+        yield scene
+    finally:
+        new = [data for kind in _KINDS for data in set(getattr(bpy.data, kind)) - before[kind]]
+        bpy.data.batch_remove([data for data in new if data.name != "Render Result"])
+
+
+_KINDS = ("objects", "meshes", "materials", "worlds", "cameras", "node_groups", "texts", "scenes")
+
+
+def _nodes(owner):
+    if owner.node_tree is None:
+        owner.use_nodes = True
+    owner.node_tree.nodes.clear()
+    return owner.node_tree
+
+
+def _world(scene, color):
+    world = scene.world = bpy.data.worlds.new("NIM goniometer")
+    tree = _nodes(world)
+    light = tree.nodes.new("ShaderNodeBackground")
+    light.inputs["Color"].default_value = (*color, 1.0)
+    tree.links.new(light.outputs[0], tree.nodes.new("ShaderNodeOutputWorld").inputs["Surface"])
+    world.cycles.sampling_method = "NONE"
+
+
+def _glowing_floor():
+    """A material that emits (0, x + OFFSET, 1)."""
+    material = bpy.data.materials.new("NIM floor")
+    tree = _nodes(material)
+    place = tree.nodes.new("ShaderNodeNewGeometry")
+    split = tree.nodes.new("ShaderNodeSeparateXYZ")
+    shift = tree.nodes.new("ShaderNodeMath")
+    shift.inputs[1].default_value = OFFSET
+    color = tree.nodes.new("ShaderNodeCombineColor")
+    color.inputs["Blue"].default_value = 1.0
+    glow = tree.nodes.new("ShaderNodeEmission")
+    output = tree.nodes.new("ShaderNodeOutputMaterial")
+    tree.links.new(place.outputs["Position"], split.inputs[0])
+    tree.links.new(split.outputs["X"], shift.inputs[0])
+    tree.links.new(shift.outputs[0], color.inputs["Green"])
+    tree.links.new(color.outputs[0], glow.inputs["Color"])
+    tree.links.new(glow.outputs[0], output.inputs["Surface"])
+    material.cycles.emission_sampling = "NONE"
+    return material
+
+
+def _strip(scene, material, low, high, z, flipped=False):
+    """A quad across all x at height z, between y = low and high, its normal up or (flipped) down."""
+    reach = 1.25 * OFFSET  # not farther: single precision places a hit to 1e-7 of the quad's size
+    corners = [(-reach, low, z), (reach, low, z), (reach, high, z), (-reach, high, z)]
+    mesh = bpy.data.meshes.new("NIM strip")
+    mesh.from_pydata(corners, [], [(3, 2, 1, 0) if flipped else (0, 1, 2, 3)])
+    mesh.materials.append(material)
+    scene.collection.objects.link(bpy.data.objects.new("NIM strip", mesh))
+
+
+def _beam(scene, angle, strips):
+    """Aim an orthographic camera: light travels along (sin, 0, -cos) of the angle; strip after strip up the image."""
+    theta = math.radians(angle)
+    data = bpy.data.cameras.new("NIM beam")
+    data.type = "ORTHO"
+    data.sensor_fit = "VERTICAL"
+    data.ortho_scale = strips * PITCH
+    data.clip_start = 1e-3
+    camera = bpy.data.objects.new("NIM beam", data)
+    right, up = (math.cos(theta), 0, math.sin(theta)), (0, 1, 0)
+    back = (-math.sin(theta), 0, math.cos(theta))
+    frame = mathutils.Matrix((right, up, back)).transposed().to_4x4()
+    frame.translation = mathutils.Vector(back) * 4 + mathutils.Vector((0, strips * PITCH / 2, 0))
+    camera.matrix_world = frame
+    scene.collection.objects.link(camera)
+    scene.camera = camera
+    scene.render.resolution_x, scene.render.resolution_y = ACROSS, strips * ALONG
+    scene.render.resolution_percentage = 100
+
+
+def _pixels(scene):
+    """Render; (height, width, 3) floats, the first row at the bottom."""
+    image = scene.render.image_settings
+    with tempfile.TemporaryDirectory() as folder, quiet():
+        if hasattr(image, "media_type"):
+            image.media_type = "IMAGE"
+        image.file_format, image.color_mode, image.color_depth = "OPEN_EXR", "RGB", "32"
+        scene.render.filepath = str(Path(folder, "beam.exr"))
+        bpy.ops.render.render(write_still=True, scene=scene.name)
+        loaded = bpy.data.images.load(scene.render.filepath)
+        loaded.colorspace_settings.name = "Non-Color"
+        pixels = np.empty(loaded.size[0] * loaded.size[1] * loaded.channels, np.float32)
+        loaded.pixels.foreach_get(pixels)
+        pixels = pixels.reshape(loaded.size[1], loaded.size[0], loaded.channels)
+        bpy.data.images.remove(loaded)
+    return pixels[..., :3].astype(float)
+
+
+# ------------------------------------------------------------------------------------------------ the measurements
+
+
+def _labels(interface, flipped):
+    media = interface.outside, interface.inside
+    incident, transmitted = media[::-1] if flipped else media
+    sign = {True: "-", False: "+"}
+    return {
+        "incident": str(incident),
+        "transmitted": str(transmitted),
+        "signs": sign[incident.is_nim] + sign[transmitted.is_nim],
+        "side": "inside" if flipped else "outside",
+    }
+
+
+def _reflectance(what, labels, angle, equation, red):
+    """The Check of a mean of pixels (N,) against R; each pixel is an independent estimate from SAMPLES paths."""
+    measured = float(red.mean())
+    # The sampler spreads a pixel's paths evenly, so pixels scatter less than a binomial; where they do not scatter at
+    # all, one path of all is what can be told.
+    error = max(float(red.std(ddof=1)) / math.sqrt(red.size), 1.0 / (red.size * SAMPLES))
+    z = (measured - equation) / error
+    return Check(
+        what, **labels, angle=angle, equation=equation, measured=measured, error=error, z=z, passed=abs(z) <= SIGMAS
+    )
+
+
+def _within(what, labels, angle, equation, measured, tolerance):
+    passed = abs(measured - equation) <= tolerance
+    return Check(
+        what, **labels, angle=angle, equation=equation, measured=measured, error=tolerance, z=None, passed=passed
+    )
+
+
+def _measure_angle(angle):
+    views = [(interface, flipped) for interface in PAIRS for flipped in (False, True)]
+    with _rig() as scene:
+        _world(scene, (1, 0, 0))
+        _strip(scene, _glowing_floor(), 0, len(views) * PITCH, -1.0)
+        for row, (interface, flipped) in enumerate(views):
+            material = interface_material("NIM strip", interface.inside, interface.outside)
+            _strip(scene, material, row * PITCH, (row + 1) * PITCH, 0.0, flipped)
+        _beam(scene, angle, len(views))
+        pixels = _pixels(scene)
+    theta = math.radians(angle)
+    entry = (np.arange(ACROSS) + 0.5 - ACROSS / 2) * PITCH / ALONG / math.cos(theta)
+    checks = []
+    for row, (interface, flipped) in enumerate(views):
+        labels = _labels(interface, flipped)
+        seen = interface.reversed() if flipped else interface
+        block = pixels[row * ALONG : (row + 1) * ALONG]
+        red, green, blue = (block[..., channel] for channel in range(3))
+        R = float(seen.fresnel(math.cos(theta)).R)
+        checks.append(_reflectance("R", labels, angle, R, red.ravel()))
+        # too little light passes to say where, or it runs off the floor's scale
+        theta_t = float(seen.theta_t(theta))
+        if 1 - R > 0.01 and abs(math.tan(theta_t)) < OFFSET:
+            landing = float(np.sum(green - blue * (OFFSET + entry)) / max(np.sum(blue), 1e-9))
+            checks.append(_within("landing", labels, angle, math.tan(theta_t), landing, LANDING_TOLERANCE))
+    return checks
+
+
+def _measure_chain(angle):
+    """CHAIN interfaces one below the other: without interference R = N r / (1 + (N - 1) r), r the reflectance of one."""
+    media = (Medium(-1.0), Medium(-1.5), Medium(1.5))
+    with _rig() as scene:
+        _world(scene, (1, 0, 0))
+        _strip(scene, _glowing_floor(), 0, len(media) * PITCH, -1.0)
+        for row, medium in enumerate(media):
+            material = interface_material("NIM chain", medium)
+            for i in range(CHAIN):
+                _strip(scene, material, row * PITCH, (row + 1) * PITCH, -i / CHAIN, flipped=i % 2 == 1)
+        _beam(scene, angle, len(media))
+        pixels = _pixels(scene)
+    checks = []
+    for row, medium in enumerate(media):
+        r = float(Interface(medium).fresnel(math.cos(math.radians(angle))).R)
+        expected = CHAIN * r / (1 + (CHAIN - 1) * r)
+        labels = _labels(Interface(medium), False)
+        block = pixels[row * ALONG : (row + 1) * ALONG]
+        checks.append(_reflectance(f"R of {CHAIN}", labels, angle, expected, block[..., 0].ravel()))
+        both = float(block[..., 0].mean() + block[..., 2].mean())
+        checks.append(_within("R + T", labels, angle, 1.0, both, FURNACE_TOLERANCE))
+    return checks
+
+
+def _measure_furnace(_):
+    """A round body in a white world is invisible if no light is lost."""
+    checks = []
+    for medium in (Medium(-1.5), Medium(-1.0), Medium(-0.6), Medium(1.5), MEDIA["nim-mu25"]):
+        with _rig() as scene:
+            _world(scene, (1, 1, 1))
+            _ball(scene, interface_material("NIM furnace", medium))
+            _beam(scene, 0.0, 2 * ACROSS // ALONG)
+            scene.camera.data.ortho_scale = 2.0
+            scene.camera.location = (0, 0, 4)
+            scene.cycles.samples = 16
+            mean = float(_pixels(scene).mean())
+        checks.append(_within("furnace", _labels(Interface(medium), False), 0.0, 1.0, mean, FURNACE_TOLERANCE))
+    return checks
+
+
+def _ball(scene, material, segments=128):
+    """A smooth unit sphere at the origin."""
+    import bmesh
+
+    shape = bmesh.new()
+    bmesh.ops.create_uvsphere(shape, u_segments=segments, v_segments=segments // 2, radius=1.0)
+    mesh = bpy.data.meshes.new("NIM furnace")
+    shape.to_mesh(mesh)
+    shape.free()
+    mesh.shade_smooth()
+    mesh.materials.append(material)
+    scene.collection.objects.link(bpy.data.objects.new("NIM furnace", mesh))

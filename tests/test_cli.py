@@ -1,0 +1,198 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The command, run as a person runs it."""
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import OpenImageIO as oiio
+import pytest
+
+from nim_addon import cli
+from nim_addon.cycles import material
+from nim_addon.physics import Interface, Medium
+
+ROOT = Path(__file__).parents[1]
+SMALL = ("--size", "32x24", "--samples", "4")
+
+
+def nimray(*words, where=None, **more):
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    return subprocess.run(
+        [sys.executable, "-m", "nim_addon", *map(str, words)],
+        capture_output=True,
+        text=True,
+        cwd=where,
+        env=environment,
+        timeout=120,
+        **more,
+    )
+
+
+def pixels(path):
+    return oiio.ImageBuf(str(path)).get_pixels(oiio.FLOAT)
+
+
+def test_render_info_again(tmp_path):
+    done = nimray("render", "sphere", "--set", "n=-1.33", "companions=yes", "--seed", 7, *SMALL, where=tmp_path)
+    assert done.returncode == 0, done.stderr
+    first = tmp_path / "renders" / "sphere_n--1.33_companions-yes.exr"
+    assert done.stdout.split() == [
+        str(first.relative_to(tmp_path)),
+        str(first.with_suffix(".png").relative_to(tmp_path)),
+    ]
+    assert done.stderr == ""  # piped: no progress, and nothing of Blender's own
+
+    info = json.loads(nimray("info", first, "--json").stdout)
+    assert info["scene"] == "sphere"
+    assert info["parameters"] == {"n": -1.33, "mu": -1.0, "companions": True}
+    assert (info["size"], info["samples"], info["seed"], info["denoise"]) == ([32, 24], 4, 7, False)
+
+    again = nimray("render", "--again", first, "--out", tmp_path / "b", "--quiet")
+    assert (again.returncode, again.stdout, again.stderr) == (0, "", "")
+    second = tmp_path / "b" / f"{first.stem}_again.exr"
+    # the same paths, but for float rounding in the order of sums
+    assert np.median(np.abs(pixels(first) - pixels(second))) < 1e-6
+    assert json.loads(nimray("info", second, "--json").stdout) == info
+
+
+def test_ctrl_c_stops_at_once_and_leaves_nothing(tmp_path):
+    run = subprocess.Popen(
+        [sys.executable, "-m", "nim_addon", "render", "sphere", "--samples", "100000", "--out", str(tmp_path)],
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    deadline = time.monotonic() + 60
+    while not list(tmp_path.glob(".sphere.*.part")) and time.monotonic() < deadline:
+        time.sleep(0.1)
+    time.sleep(1.5)
+    run.send_signal(signal.SIGINT)
+    out, err = run.communicate(timeout=20)
+    assert run.returncode == 130
+    assert out == ""
+    assert err.strip() == "Stopped; nothing was written."
+    assert not list(tmp_path.iterdir())
+
+
+REFUSED = [
+    ("render", "name a scene"),
+    ("render spere", "did you mean sphere?"),
+    ("render sphere --set n=0", "n = 0 refracts nothing"),
+    ("render sphere --set n=nan", "out of range"),
+    ("render sphere --set n=round", "not a number"),
+    ("render sphere --set n=-1.5 mu=1", "a negative index needs mu below 0"),
+    ("render sphere --set index=2", "there is no parameter 'index'"),
+    ("render sphere --set n", "write key=value"),
+    ("render glass --set liquid=watr", "did you mean water?"),
+    ("render glass --set view=sid", "did you mean side?"),
+    ("render glass --set figures=/nowhere/bunny.ply", "there is no file"),
+    ("render pool --set sky=dark", "there is no sky 'dark'"),
+    ("render sphere --samples 0", "--samples 0 is out of range"),
+    ("render sphere --samples -3", "--samples -3 is out of range"),
+    ("render sphere --samples many", "not a whole number"),
+    ("render sphere --size 0x10", "out of range"),
+    ("render sphere --size 99999x10", "out of range"),
+    ("render sphere --size big", "write it like 800x600"),
+    ("render sphere --seed x", "not a whole number"),
+    ("render sphere --name a/b", "cannot name a file"),
+    ("render --again nothing.exr", "there is no file"),
+    ("render sphere --again x.exr", "without SCENE"),
+    ("fresnel --inside glas", "did you mean glass?"),
+    ("fresnel --inside n=-1.33,mu=10", "a negative index needs mu below 0"),
+    ("fresnel --inside 0", "n = 0"),
+    ("fresnel --inside inf", "not finite"),
+    ("fresnel", "required"),
+    ("info nothing.exr", "there is no file"),
+    ("refract", "invalid choice"),
+    ("", "required"),
+]
+
+
+@pytest.mark.parametrize(("line", "says"), REFUSED, ids=[line or "nothing" for line, _ in REFUSED])
+def test_bad_input_gets_one_sentence_and_exit_code_2(line, says, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(line.split()) == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert says in printed.err
+    assert printed.err.startswith("nimray: ")
+    assert printed.err.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_unwritable_folder_fails_with_exit_code_1(capsys, tmp_path):
+    (tmp_path / "file").write_text("")
+    assert cli.main(["render", "sphere", *SMALL, "--out", str(tmp_path / "file" / "below")]) == 1
+    assert "cannot write into" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", (["render", "sphere"], ["verify"]))
+def test_a_blender_without_osl_is_told_so(command, capsys, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(material, "osl_available", lambda: False)
+    assert cli.main(command) == 1
+    assert "was built without OSL" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+    assert cli.main(["doctor"]) == 1
+    assert "problem: Blender" in capsys.readouterr().out
+
+
+def test_a_blender_older_than_the_closure_is_told_so(capsys, monkeypatch, tmp_path):
+    monkeypatch.setattr(cli, "OLDEST_BLENDER", (99, 0, 0))
+    assert cli.main(["render", "sphere", "--out", str(tmp_path)]) == 1
+    assert "is too old" in capsys.readouterr().err
+
+
+def test_fresnel_prints_the_equations(capsys):
+    assert cli.main(["fresnel", "--inside", "n=-1.33,mu=-10", "--csv", "--step", "30"]) == 0
+    rows = list(csv.DictReader(capsys.readouterr().out.splitlines()))
+    assert [row["theta_i"] for row in rows] == ["0", "30", "60", "90"]
+    expected = Interface(Medium(-1.33, -10)).fresnel(np.cos(np.radians([0, 30, 60]))).R
+    assert np.allclose([float(row["R"]) for row in rows[:3]], expected, rtol=1e-12)
+    assert float(rows[1]["theta_t"]) < 0
+    assert cli.main(["fresnel", "--inside", "air", "--outside", "water", "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert abs(answer["critical_angle"] - 48.75) < 0.01
+    assert answer["rows"][-1]["theta_t"] is None
+    assert cli.main(["fresnel", "--inside", "-1.33"]) == 0
+    assert "bends backwards: yes" in capsys.readouterr().out
+
+
+def test_scenes_lists_every_parameter(capsys):
+    assert cli.main(["scenes", "--json"]) == 0
+    listed = json.loads(capsys.readouterr().out)
+    assert {scene["name"] for scene in listed} == {"glass", "pool", "sphere"}
+    assert all(one["description"] and one["allowed"] for scene in listed for one in scene["parameters"])
+    assert cli.main(["scenes"]) == 0
+    assert "companions" in capsys.readouterr().out
+
+
+def test_doctor_finds_nothing_wrong_here(capsys):
+    assert cli.main(["doctor", "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert facts["osl"] is True
+    assert facts["problems"] == []
+
+
+def test_physics_commands_do_not_wait_for_blender():
+    script = "import sys; from nim_addon import cli; cli.main(['fresnel', '--inside', 'nim']); sys.exit('bpy' in sys.modules)"
+    done = subprocess.run(
+        [sys.executable, "-c", script], env={**os.environ, "PYTHONPATH": str(ROOT)}, capture_output=True
+    )
+    assert done.returncode == 0
+
+
+def test_help_shows_how(capsys):
+    with pytest.raises(SystemExit) as stopped:
+        cli.main(["render", "--help"])
+    assert stopped.value.code == 0
+    text = capsys.readouterr().out
+    assert "nimray render pool --set liquid=nim mu=-10 view=window" in text

@@ -239,8 +239,7 @@ def _render(arguments):
 
     width, height = given(arguments.size, "size", (scene.render.resolution_x, scene.render.resolution_y))
     scene.render.resolution_x, scene.render.resolution_y = width, height
-    scene.render.resolution_percentage = 100
-    scene.cycles.samples = given(arguments.samples, "samples", 128)
+    scene.cycles.samples = given(arguments.samples, "samples", scene.cycles.samples)
     scene.cycles.seed = given(arguments.seed, "seed", 0)
     scene.cycles.use_denoising = given(arguments.denoise, "denoise", False)
     name = arguments.name or (f"{Path(arguments.again).stem}_again" if record else _default_name(arguments))

@@ -148,6 +148,7 @@ def interface_group():
     script = next(node for node in group.nodes if node.type == "SCRIPT")
     if script.script is None or script.script.as_string() != source:
         text = script.script or bpy.data.texts.new(TEXT_NAME)
+        text.use_fake_user = False  # a new text has one, and would outlive its last material
         text.from_string(source)
         with _quiet_engine():
             script.script = text

@@ -4,7 +4,7 @@
 from types import MappingProxyType
 from typing import NamedTuple
 
-from . import sphere
+from . import glass, pool, sphere
 from .parameters import Parameters, unknown
 
 
@@ -22,10 +22,22 @@ SCENES = MappingProxyType(
         scene.name: scene
         for scene in (
             SceneType(
+                "glass",
+                "a straw in a glass on a table, filled with water, a NIM or nothing (thesis 5.1, 5.2, 5.5)",
+                glass.GlassParameters,
+                glass.build,
+            ),
+            SceneType(
                 "sphere",
                 "a transparent sphere on a patterned ground (thesis 5.4, 5.6)",
                 sphere.SphereParameters,
                 sphere.build,
+            ),
+            SceneType(
+                "pool",
+                "a tiled swimming pool, from outside or from under the surface (thesis 5.3, 5.7, 5.9, 5.10)",
+                pool.PoolParameters,
+                pool.build,
             ),
         )
     }

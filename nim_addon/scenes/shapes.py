@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Meshes as arrays, for Stage.mesh: vertices (N, 3) in metres and faces, counter-clockwise seen from outside."""
 
+from itertools import pairwise
+
 import numpy as np
 
 
@@ -35,20 +37,24 @@ def cube_sphere(divisions):
 def revolve(profile, segments):
     """Vertices and faces of a profile turned about the z axis.
 
-    profile: (N, 2) radii and heights; a point of radius 0 becomes a pole. Faces point to the right of the profile's
-    direction of travel in the (radius, height) half plane: a profile that climbs an outer wall faces outwards.
+    profile: (N, 2) radii and heights; a point of radius 0 becomes a pole, and a last point equal to the first closes
+    it. Faces point to the right of the profile's direction of travel in the (radius, height) half plane: a profile that
+    climbs an outer wall faces outwards.
     Returns vertices (M, 3), faces, and for each face the index of the profile's segment it came from.
     """
     profile = np.asarray(profile, float)
     turn = 2 * np.pi * np.arange(segments) / segments
     vertices, rings = [], []
-    for radius, height in profile:
+    closed = np.array_equal(profile[0], profile[-1])
+    for radius, height in profile[:-1] if closed else profile:
         count = segments if radius > 0 else 1
         rings.append(np.arange(segments) % count + len(vertices))
         angle = turn[:count]
         vertices.extend(zip(radius * np.cos(angle), radius * np.sin(angle), np.full(count, height), strict=True))
+    if closed:
+        rings.append(rings[0])
     faces, origin = [], []
-    for i, (low, high) in enumerate(zip(rings[:-1], rings[1:], strict=True)):
+    for i, (low, high) in enumerate(pairwise(rings)):
         for a, b, c, d in zip(low, np.roll(low, -1), np.roll(high, -1), high, strict=True):
             face = list(dict.fromkeys(int(k) for k in (a, b, c, d)))
             if len(face) > 2:
@@ -71,3 +77,59 @@ def tube(start, end, radius, segments=48, inner=0.0):
     x = np.cross((0.0, 1.0, 0.0) if abs(z[1]) < 0.9 else (1.0, 0.0, 0.0), z)
     x /= np.linalg.norm(x)
     return start + vertices @ np.stack([x, np.cross(z, x), z]), faces
+
+
+def arc(center, radius, start, end, steps):
+    """Points of a circular arc, (steps + 1, 2), from angle `start` to `end` in degrees about `center`."""
+    angle = np.radians(np.linspace(start, end, steps + 1))
+    return np.asarray(center, float) + radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+
+
+def sweep(points, radius, segments=12):
+    """Vertices and faces of a bent tube with closed ends along `points` (N, 3); `radius` one value, or (N,)."""
+    points = np.asarray(points, float)
+    radius = np.broadcast_to(radius, len(points))
+    tangents = np.gradient(points, axis=0)
+    tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
+    side = np.eye(3)[np.argmin(np.abs(tangents[0]))]
+    turn = 2 * np.pi * np.arange(segments)[:, None] / segments
+    rings = []
+    for point, tangent, width in zip(points, tangents, radius, strict=True):
+        # carried on from ring to ring, so that the tube does not twist
+        side = side - tangent * np.dot(side, tangent)
+        side /= np.linalg.norm(side)
+        rings.append(point + width * (np.cos(turn) * side + np.sin(turn) * np.cross(tangent, side)))
+    index = np.arange(len(points) * segments).reshape(-1, segments)
+    ahead = np.roll(index, -1, axis=1)
+    quads = np.stack([index[:-1], ahead[:-1], ahead[1:], index[1:]], -1).reshape(-1, 4)
+    return np.concatenate(rings), [*quads.tolist(), index[0, ::-1].tolist(), index[-1].tolist()]
+
+
+def frame(inner, outer, z=0.0):
+    """Vertices (8, 3) and 4 quads, facing up at height z, between two rectangles about the z axis.
+
+    inner, outer: half sizes (x, y) of the hole and of the whole.
+    """
+    corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
+    flat = np.concatenate([corners * outer, corners * inner])
+    vertices = np.column_stack([flat, np.full(8, float(z))])
+    return vertices, [(i, (i + 1) % 4, (i + 1) % 4 + 4, i + 4) for i in range(4)]
+
+
+def grid(low, high, step):
+    """Vertices (N, 3) at z = 0 and quads, facing up, over the rectangle low to high (x, y), at most `step` wide."""
+    counts = [max(1, int(np.ceil((b - a) / step - 1e-9))) + 1 for a, b in zip(low, high, strict=True)]
+    x, y = np.meshgrid(*(np.linspace(a, b, n) for a, b, n in zip(low, high, counts, strict=True)), indexing="ij")
+    index = np.arange(x.size).reshape(x.shape)
+    quads = np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], -1)
+    return np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], -1), quads.reshape(-1, 4).tolist()
+
+
+def joined(*pieces):
+    """Vertices and faces of several (vertices, faces) as one mesh, and for each face the index of its piece."""
+    starts = np.cumsum([0] + [len(vertices) for vertices, _ in pieces])
+    faces = [
+        [int(k) + int(start) for k in face] for (_, own), start in zip(pieces, starts, strict=False) for face in own
+    ]
+    origin = np.repeat(np.arange(len(pieces)), [len(own) for _, own in pieces])
+    return np.concatenate([vertices for vertices, _ in pieces]), faces, origin

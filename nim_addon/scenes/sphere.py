@@ -31,7 +31,7 @@ class SphereParameters(Parameters):
 
 def build(parameters, backend="osl"):
     """Build the scene from SphereParameters; returns the bpy.types.Scene. The radius is 1 m, the camera looks along +y."""
-    stage = Stage("sphere")
+    stage = Stage("sphere", (800, 600))
     stage.mesh(
         "Ground",
         *shapes.rectangle((-200, -200), (200, 200)),

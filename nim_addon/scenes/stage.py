@@ -9,29 +9,36 @@ import numpy as np
 
 from ..cycles import settings
 
+# Marks what belongs to a stage.
 OWNER = "nim_scene"
+SAMPLES = 128
 
 
 class Stage:
-    """A new Blender scene "NIM <name>" with one collection of that name, set up so that no light is lost.
+    """A Blender scene "NIM <name>" with one collection of that name, set up so that no light is lost.
 
-    An earlier scene of that name made here is taken down first: its own objects and whatever only they used. Objects
-    that a user put there stay in the file, under the new scene.
+    Where an earlier stage of that name left its scene in the file, that scene is cleared: of the stage's own objects
+    and of whatever only they used, not of what a user put there. `size`: pixels of the picture, (width, height).
     """
 
-    def __init__(self, name):
+    def __init__(self, name, size):
         title = f"NIM {name}"
-        kept = _strike(name)
         self.name = name
-        self.scene = bpy.data.scenes.new(title)
-        self.scene[OWNER] = name
+        self.scene = next((scene for scene in bpy.data.scenes if scene.get(OWNER) == name), None)
+        if self.scene is None:
+            self.scene = bpy.data.scenes.new(title)
+            self.scene[OWNER] = name
+        else:
+            _clear(self.scene, name)
         self.collection = bpy.data.collections.new(title)
         self.collection[OWNER] = name
         self.scene.collection.children.link(self.collection)
-        for thing in kept:
-            self.scene.collection.objects.link(thing)
         settings.lossless(self.scene)
+        self.scene.render.resolution_x, self.scene.render.resolution_y = size
+        self.scene.render.resolution_percentage = 100
+        self.scene.cycles.samples = SAMPLES
         self.scene.view_settings.view_transform = "AgX"
+        self.scene.view_settings.exposure = 0.0
 
     def _place(self, name, data, location=(0, 0, 0)):
         thing = bpy.data.objects.new(name, data)
@@ -85,23 +92,21 @@ class Stage:
         world.cycles.sampling_method = "NONE"
 
 
-def _strike(name):
-    """Take down the scene of that name made by a Stage; returns the objects in it that are not the stage's own."""
-    old = next((scene for scene in bpy.data.scenes if scene.get(OWNER) == name), None)
-    if old is None:
-        return []
-    own = [thing for thing in old.collection.all_objects if thing.get(OWNER) == name]
-    kept = [thing for thing in old.collection.all_objects if thing.get(OWNER) != name]
-    used = _used_by([*own, old.world] if old.world and old.world.get(OWNER) == name else own)
-    collections = [c for c in old.collection.children_recursive if c.get(OWNER) == name]
-    if len(bpy.data.scenes) == 1:  # Blender does not remove its last scene
-        bpy.data.scenes.new("Scene")
-    bpy.data.batch_remove([*own, *collections, old])
+def _clear(scene, name):
+    """Remove the stage's own objects, collections and world from its scene, and the data that only they used."""
+    own = [thing for thing in scene.collection.all_objects if thing.get(OWNER) == name]
+    collections = [collection for collection in scene.collection.children_recursive if collection.get(OWNER) == name]
+    for thing in {thing for collection in collections for thing in collection.all_objects} - set(own):
+        if thing.name not in scene.collection.objects:
+            scene.collection.objects.link(thing)
+    used = _used_by([*own, scene.world] if scene.world and scene.world.get(OWNER) == name else own)
+    if scene.world in used:
+        scene.world = None
+    bpy.data.batch_remove([*own, *collections])
     # users first: a mesh before its material, a material before its node group, a group before its text
-    for _ in range(6):
-        bpy.data.batch_remove([data for data in used if data.users == 0])
+    while free := [data for data in used if data.users == 0]:
+        bpy.data.batch_remove(free)
         used = [data for data in used if _alive(data)]
-    return kept
 
 
 def _used_by(roots):

@@ -106,3 +106,41 @@ def sky(name, horizon, zenith, *, strength=1.0, ground=None, glow=None):
     background = nodes.add("ShaderNodeBackground", inputs={"Color": color, "Strength": strength})
     nodes.add("ShaderNodeOutputWorld", inputs={"Surface": background.outputs[0]})
     return world
+
+
+def spiral(name, light, dark, pitch):
+    """A Lambertian barber's pole: a dark stripe that winds about the object's z axis once in every `pitch`."""
+
+    def paint(nodes):
+        place = nodes.add("ShaderNodeTexCoord").outputs["Object"]
+        x, y, z = nodes.add("ShaderNodeSeparateXYZ", inputs={0: place}).outputs
+        turn = nodes.math("DIVIDE", nodes.math("ARCTAN2", y, x), 2 * math.pi)
+        phase = nodes.math("FRACT", nodes.math("ADD", nodes.math("DIVIDE", z, pitch), turn))
+        return nodes.mix(nodes.math("GREATER_THAN", phase, 0.5), light, dark)
+
+    return diffuse(name, paint)
+
+
+def tiles(nodes, u, v, size, low, high, joint, width):
+    """The colour of square tiles of side `size` with joints of colour `joint` and that `width` between them.
+
+    u, v: outputs, metres along the surface; low, high: colours (RGB or outputs) each tile is a random mixture of.
+    """
+    place = nodes.add("ShaderNodeCombineXYZ", inputs={0: u, 1: v}).outputs[0]
+    colors = [c if isinstance(c, bpy.types.NodeSocket) else (*c, 1.0) for c in (low, high, joint)]
+    # the node measures its mortar from the edge of one brick: half a joint
+    values = {"Scale": 1.0, "Mortar Size": width / 2, "Mortar Smooth": 0.0, "Brick Width": size, "Row Height": size}
+    inputs = dict(zip(("Vector", "Color1", "Color2", "Mortar"), (place, *colors), strict=True)) | values
+    return nodes.add("ShaderNodeTexBrick", inputs=inputs, offset=0.0, squash=1.0).outputs["Color"]
+
+
+def overcast(name, zenith):
+    """A World: the overcast sky of the CIE, `zenith` times (1 + 2 sin(elevation)) / 3, its horizon's colour below."""
+    world = bpy.data.worlds.new(name)
+    nodes = Nodes(world)
+    direction = nodes.add("ShaderNodeTexCoord").outputs["Generated"]
+    up = nodes.add("ShaderNodeSeparateXYZ", inputs={0: direction}).outputs["Z"]
+    strength = nodes.math("DIVIDE", nodes.math("ADD", nodes.math("MULTIPLY", nodes.math("MAXIMUM", up), 2.0), 1.0), 3.0)
+    background = nodes.add("ShaderNodeBackground", inputs={"Color": (*zenith, 1.0), "Strength": strength})
+    nodes.add("ShaderNodeOutputWorld", inputs={"Surface": background.outputs[0]})
+    return world

@@ -7,6 +7,9 @@ import sys
 import tempfile
 from pathlib import Path
 
+# Blender notes the user's home folder in each file it saves
+os.environ["HOME"] = "/"
+
 import bpy
 
 from nim_addon.cycles.render import quiet

@@ -118,7 +118,9 @@ def _compile(source):
         osl.write_text(source, encoding="utf-8")
         if not _cycles.osl_compile(str(osl), str(oso)):
             raise RuntimeError("this Blender's OSL compiler refused nim_interface.osl; the console says where.")
-        bytecode = oso.read_text(encoding="utf-8")
+        # the compiler notes its options and where the source lay: nothing of this machine goes into a user's file
+        lines = oso.read_text(encoding="utf-8").replace(str(osl), TEXT_NAME).splitlines(keepends=True)
+    bytecode = "".join(line for line in lines if not line.startswith("#"))
     return bytecode, hashlib.md5(bytecode.encode(), usedforsecurity=False).hexdigest()
 
 

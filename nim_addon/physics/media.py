@@ -78,9 +78,9 @@ class Medium:
         if re.match(r"[-+.\d]|nan$|inf", word, re.IGNORECASE):
             return cls(word)
         near = difflib.get_close_matches(word.lower(), MEDIA, 1, 0.5)
-        hint = f"did you mean {near[0]}? " if near else ""
+        hint = f"did you mean {near[0]}? Media" if near else "media"
         raise ValueError(
-            f"there is no medium {word!r}; {hint}Media are {', '.join(MEDIA)}, an index such as -1.33, or n=-1.33,mu=-10."
+            f"there is no medium {word!r}; {hint} are {', '.join(MEDIA)}, an index such as -1.33, or n=-1.33,mu=-10."
         )
 
     def __str__(self):

@@ -4,6 +4,8 @@
 from types import MappingProxyType
 from typing import NamedTuple
 
+import bpy  # noqa: F401  the wheel has bmesh only once bpy is imported
+
 from . import glass, pool, sphere
 from .parameters import Parameters, unknown
 
@@ -28,16 +30,16 @@ SCENES = MappingProxyType(
                 glass.build,
             ),
             SceneType(
-                "sphere",
-                "a transparent sphere on a patterned ground (thesis 5.4, 5.6)",
-                sphere.SphereParameters,
-                sphere.build,
-            ),
-            SceneType(
                 "pool",
                 "a tiled swimming pool, from outside or from under the surface (thesis 5.3, 5.7, 5.9, 5.10)",
                 pool.PoolParameters,
                 pool.build,
+            ),
+            SceneType(
+                "sphere",
+                "a transparent sphere on a patterned ground (thesis 5.4, 5.6)",
+                sphere.SphereParameters,
+                sphere.build,
             ),
         )
     }

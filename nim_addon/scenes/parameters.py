@@ -82,8 +82,8 @@ class Parameters:
 def unknown(kind, word, known):
     """The sentence for a `word` that is none of the `known` ones, with the nearest of them."""
     near = difflib.get_close_matches(word, known, 1, 0.5)
-    hint = f"did you mean {near[0]}? " if near else ""
-    return f"there is no {kind} {word!r}; {hint}The ones that exist are {', '.join(known)}."
+    hint = f"did you mean {near[0]}? The" if near else "the"
+    return f"there is no {kind} {word!r}; {hint} ones that exist are {', '.join(known)}."
 
 
 def _checked(field, value):
@@ -125,6 +125,8 @@ def _number(field, value):
     unit = f" {field.metadata['unit']}" if field.metadata.get("unit") else ""
     try:
         number = int(value) if whole else float(value)
+        if whole and number != float(value):
+            raise ValueError
     except (TypeError, ValueError):
         raise ValueError(f"{name} = {value!r} is not a {'whole ' if whole else ''}number.") from None
     if not math.isfinite(number) or not low <= number <= high:

@@ -35,7 +35,9 @@ def build(parameters, backend="osl"):
     stage.mesh(
         "Ground",
         *shapes.rectangle((-200, -200), (200, 200)),
+        # no joint of the pattern runs under the sphere's middle: it would show as a seam in the sky that it mirrors
         surfaces.checker("Ground", (0.78, 0.70, 0.56), (0.11, 0.09, 0.075), 0.8),
+        location=(0.3, 0.2, 0),
     )
     # Resting on the ground, with a gap as wide as nothing: 1 mm keeps the two surfaces from touching.
     ball(stage, "Sphere", (0, 0, 1.001), 1.0, interface_material("Sphere", parameters.medium, backend=backend))

@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Render the pictures of the README with nimray and put them side by side: run with the Python of .venv, from the root."""
+
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import OpenImageIO as oiio
+
+FOLDER = Path(__file__).parent
+# picture: size of each part, samples, and the parts: scene and settings
+PICTURES = {
+    "sphere": ("800x600", 256, [["sphere"]]),
+    "glass": ("400x480", 256, [["glass", f"liquid={liquid}"] for liquid in ("none", "water", "nim")]),
+    "pool": ("600x460", 256, [["pool", "view=window", f"liquid={liquid}"] for liquid in ("water", "nim")]),
+}
+
+
+def picture(name):
+    """Render one picture and write it as NAME.jpg."""
+    size, samples, parts = PICTURES[name]
+    shown = []
+    with tempfile.TemporaryDirectory() as work:
+        for i, (scene, *settings) in enumerate(parts):
+            words = ["render", scene, *(["--set", *settings] if settings else []), "--size", size, "--denoise"]
+            words += ["--samples", str(samples), "--out", work, "--name", str(i)]
+            subprocess.run([sys.executable, "-m", "nim_addon", *words], check=True)
+            shown.append(oiio.ImageBuf(str(Path(work, f"{i}.png"))).get_pixels(oiio.UINT8))
+    whole = np.ascontiguousarray(np.hstack(shown))
+    image = oiio.ImageBuf(oiio.ImageSpec(whole.shape[1], whole.shape[0], 3, oiio.UINT8))
+    image.set_pixels(oiio.ROI(), whole)
+    image.specmod().attribute("Compression", "jpeg:90")
+    image.write(str(FOLDER / f"{name}.jpg"))
+
+
+for name in sys.argv[1:] or PICTURES:
+    picture(name)

@@ -146,8 +146,9 @@ def package(python, rest):
     finder = (
         "import bpy, glob; print(glob.glob(bpy.utils.system_resource('SCRIPTS') + '/addons*/bl_pkg/cli/*_ext.py')[0])"
     )
-    tool = subprocess.run([str(python), "-c", finder], stdout=subprocess.PIPE, text=True).stdout.split("\n")[0]
-    if not tool:
+    # the last line: a Blender may have something to say of its own before
+    tool = subprocess.run([str(python), "-c", finder], stdout=subprocess.PIPE, text=True).stdout.strip().split("\n")[-1]
+    if not tool.endswith(".py"):
         return complain("this Blender has no extension tool.", 1)
     return run(python, tool, "validate", staged) or run(
         python, tool, "build", "--source-dir", staged, "--output-dir", target

@@ -3,6 +3,7 @@
 
 import contextlib
 import hashlib
+import re
 import tempfile
 from pathlib import Path
 from typing import NamedTuple
@@ -118,9 +119,10 @@ def _compile(source):
         osl.write_text(source, encoding="utf-8")
         if not _cycles.osl_compile(str(osl), str(oso)):
             raise RuntimeError("this Blender's OSL compiler refused nim_interface.osl; the console says where.")
-        # the compiler notes its options and where the source lay: nothing of this machine goes into a user's file
-        lines = oso.read_text(encoding="utf-8").replace(str(osl), TEXT_NAME).splitlines(keepends=True)
+        # the compiler notes its options and where sources lay: nothing of this machine goes into a user's file
+        lines = oso.read_text(encoding="utf-8").splitlines(keepends=True)
     bytecode = "".join(line for line in lines if not line.startswith("#"))
+    bytecode = re.sub(r'%filename\{"[^"]*/', '%filename{"', bytecode)
     return bytecode, hashlib.md5(bytecode.encode(), usedforsecurity=False).hexdigest()
 
 

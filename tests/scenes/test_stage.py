@@ -66,7 +66,7 @@ def test_scenes_of_other_parameters_take_each_others_place(empty_file):
 def test_the_users_own_is_not_touched(default_file):
     used = Counter()
     before = {
-        (kind, thing.name): (thing.as_pointer(), fingerprint(thing))
+        (kind, thing.name): (thing.session_uid, fingerprint(thing))
         for kind in census()
         for thing in getattr(bpy.data, kind)
     }
@@ -74,9 +74,9 @@ def test_the_users_own_is_not_touched(default_file):
     cycles = fingerprint(scene.cycles)
     for _ in range(2):
         build(SphereParameters(companions=True))
-    for (kind, name), (pointer, values) in before.items():
+    for (kind, name), (identity, values) in before.items():
         thing = getattr(bpy.data, kind)[name]
-        assert thing.as_pointer() == pointer
+        assert thing.session_uid == identity
         changed = {key for key, value in fingerprint(thing).items() if value != values[key]}
         assert not changed, f"{kind} {name}: {changed}"
         used[kind] += 1

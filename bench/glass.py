@@ -10,7 +10,7 @@ import time
 
 import bpy
 
-from nim_addon.cycles.material import GROUP_NAME
+from nim_addon.cycles.material import NODE_NAME
 from nim_addon.cycles.render import quiet
 from nim_addon.physics import Medium
 from nim_addon.scenes import scene_type
@@ -42,7 +42,7 @@ def main():
     scene.cycles.samples = SAMPLES
     sphere = scene.objects["Sphere"]
     ours = sphere.material_slots[0].material
-    values = ours.node_tree.nodes[GROUP_NAME].inputs
+    values = ours.node_tree.nodes[NODE_NAME].inputs
     native = glass_bsdf("Glass")
 
     def ours_at(n):

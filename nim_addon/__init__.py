@@ -4,9 +4,21 @@
 __version__ = "0.1.0"
 
 
+_commands = []
+
+
 def register():
-    """Called by Blender when the extension is enabled."""
+    """Called by Blender when the extension is enabled: adds `blender --command nimray`."""
+    import bpy
+
+    from . import cli
+
+    _commands.append(bpy.utils.register_cli_command("nimray", cli.main))
 
 
 def unregister():
     """Called by Blender when the extension is disabled."""
+    import bpy
+
+    while _commands:
+        bpy.utils.unregister_cli_command(_commands.pop())

@@ -15,6 +15,9 @@ from . import __version__ as VERSION
 from .physics import MEDIA, Interface, Medium
 
 OLDEST_BLENDER = (4, 2, 0)  # the Ray Portal closure, which bends a ray backwards, came with it
+# As cycles.material has them, which cannot be imported without Blender.
+BACKENDS = ("auto", "osl", "nodes")
+NAMES = {"osl": "OSL", "nodes": "Blender's own nodes"}
 LARGEST = 16384  # pixels a side
 MOST_SAMPLES = 1 << 20
 
@@ -138,6 +141,7 @@ def _parser():
     one.add_argument("--seed", type=_whole("--seed", 0, 2**31 - 1), metavar="S", help="of the noise (0)")
     one.add_argument("--out", default="renders", metavar="DIR", help="folder to write to (renders)")
     one.add_argument("--name", type=_name, metavar="NAME", help="of the files, without suffix (scene and settings)")
+    one.add_argument("--backend", choices=BACKENDS, help="OSL, or Blender's own nodes (auto: OSL where there is some)")
     one.add_argument("--denoise", action=argparse.BooleanOptionalAction, help="clean the noise (OpenImageDenoise)")
     one.add_argument("--blend", action="store_true", help="save the Blender file too")
     one.add_argument("--again", metavar="FILE", help="repeat the render that made this EXR or PNG")
@@ -160,6 +164,7 @@ def _parser():
     form.add_argument("--json", action="store_true", help="for programs")
 
     one = command("verify", _verify, "Measure with Cycles whether this Blender obeys the equations (about 20 s).")
+    one.add_argument("--backend", choices=BACKENDS, default="auto", help="OSL, or Blender's own nodes")
     one.add_argument("--json", action="store_true", help="for programs")
     one.add_argument("--quiet", action="store_true", help="print the verdict only")
 
@@ -192,16 +197,6 @@ def _bpy():
     return bpy
 
 
-def _osl():
-    """Blender with OSL; Failure otherwise."""
-    bpy = _bpy()
-    from .cycles.material import osl_available, without_osl
-
-    if not osl_available():
-        raise Failure(without_osl())
-    return bpy
-
-
 def _scene_type(name):
     from .scenes import scene_type
 
@@ -224,13 +219,16 @@ def _render(arguments):
         parameters = kind.parameters(**record["parameters"]) if record else read(arguments.assignments)
     except (ValueError, TypeError) as error:
         raise UsageError(str(error)) from None
-    _osl()
-    from .cycles import render
+    from .cycles import material, render
 
+    backend = material.resolve(arguments.backend or record.get("backend", "auto"))
+    denoise = arguments.denoise if arguments.denoise is not None else record.get("denoise", False)
+    if denoise and not _can_denoise():
+        raise Failure("this Blender was built without OpenImageDenoise; leave --denoise out and take more samples.")
     folder = render.writable_folder(arguments.out)
     started = time.monotonic()
     try:
-        scene = kind.build(parameters)
+        scene = kind.build(parameters, backend)
     except ValueError as error:
         raise UsageError(str(error)) from None
 
@@ -241,7 +239,7 @@ def _render(arguments):
     scene.render.resolution_x, scene.render.resolution_y = width, height
     scene.cycles.samples = given(arguments.samples, "samples", scene.cycles.samples)
     scene.cycles.seed = given(arguments.seed, "seed", 0)
-    scene.cycles.use_denoising = given(arguments.denoise, "denoise", False)
+    scene.cycles.use_denoising = denoise
     name = arguments.name or (f"{Path(arguments.again).stem}_again" if record else _default_name(arguments))
     made = {
         "nimray": VERSION,
@@ -251,7 +249,7 @@ def _render(arguments):
         "samples": scene.cycles.samples,
         "seed": scene.cycles.seed,
         "denoise": scene.cycles.use_denoising,
-        "backend": "osl",
+        "backend": backend,
         "blender": _bpy().app.version_string,
     }
     if record and not arguments.quiet and record["blender"] != made["blender"]:
@@ -412,7 +410,7 @@ def _fresnel(arguments):
 
 
 def _verify(arguments):
-    _osl()
+    _bpy()
     from .cycles import verify
 
     show = None
@@ -421,8 +419,8 @@ def _verify(arguments):
         def show(done, total):
             print(f"\rmeasuring {done}/{total}", end="\n" if done == total else "", file=sys.stderr, flush=True)
 
-    checks = verify.verify(show)
-    answer = verify.summary(checks)
+    checks = verify.verify(show, arguments.backend)
+    answer = verify.summary(checks, arguments.backend)
     if arguments.json:
         print(json.dumps(answer, indent=2))
     else:
@@ -432,7 +430,7 @@ def _verify(arguments):
                 print(check.row())
         failed = sum(not check.passed for check in checks)
         verdict = "PASS" if answer["passed"] else f"FAIL: {failed} of"
-        print(f"{verdict} {len(checks)} checks, Blender {answer['blender']}")
+        print(f"{verdict} {len(checks)} checks, Blender {answer['blender']}, {NAMES[answer['backend']]}")
     return 0 if answer["passed"] else FAILURE
 
 
@@ -445,12 +443,12 @@ def _doctor(arguments):
     problems = []
     try:
         bpy = _bpy()
-        from .cycles.material import osl_available, without_osl
+        from .cycles.material import osl_available, resolve
 
         facts["blender"] = bpy.app.version_string
         facts["osl"] = osl_available()
-        if not osl_available():
-            problems.append(without_osl())
+        facts["materials"] = NAMES[resolve("auto")]
+        facts["denoiser"] = _can_denoise()
         facts["devices"] = _devices()
     except Failure as error:
         problems.append(str(error))
@@ -473,6 +471,12 @@ def _devices():
     import _cycles
 
     return [device[0] for device in _cycles.available_devices("CPU")]
+
+
+def _can_denoise():
+    import _cycles
+
+    return _cycles.with_openimagedenoise
 
 
 def _info(arguments):

@@ -134,15 +134,29 @@ def test_an_unwritable_folder_fails_with_exit_code_1(capsys, tmp_path):
     assert "cannot write into" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("command", (["render", "sphere"], ["verify"]))
+@pytest.mark.parametrize("command", (["render", "sphere", "--backend", "osl"], ["verify", "--backend", "osl"]))
 def test_a_blender_without_osl_is_told_so(command, capsys, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(material, "osl_available", lambda: False)
     assert cli.main(command) == 1
     assert "was built without OSL" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
-    assert cli.main(["doctor"]) == 1
-    assert "problem: Blender" in capsys.readouterr().out
+
+
+def test_a_blender_without_osl_renders_with_its_own_nodes(capsys, monkeypatch, tmp_path):
+    monkeypatch.setattr(material, "osl_available", lambda: False)
+    assert cli.main(["render", "sphere", *SMALL, "--out", str(tmp_path), "--name", "one", "--quiet"]) == 0
+    assert cli.main(["info", str(tmp_path / "one.exr"), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["backend"] == "nodes"
+    assert cli.main(["doctor"]) == 0
+    assert "Blender's own nodes" in capsys.readouterr().out
+
+
+def test_a_blender_without_a_denoiser_is_told_so(capsys, monkeypatch, tmp_path):
+    monkeypatch.setattr(cli, "_can_denoise", lambda: False)
+    assert cli.main(["render", "sphere", *SMALL, "--denoise", "--out", str(tmp_path / "new")]) == 1
+    assert "without OpenImageDenoise" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_blender_older_than_the_closure_is_told_so(capsys, monkeypatch, tmp_path):

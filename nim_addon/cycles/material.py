@@ -1,19 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The material: the OSL closure in a node group whose sockets carry ranges and tooltips."""
+"""The material: a node group whose sockets carry ranges and tooltips, with the optics in OSL or in Blender's own nodes."""
 
-import contextlib
-import hashlib
-import re
-import tempfile
-from pathlib import Path
+from types import MappingProxyType
 from typing import NamedTuple
 
 import bpy
 
 from ..physics import MEDIA
+from . import native_nodes, script_node
 
-GROUP_NAME = "NIM Interface"
-TEXT_NAME = "nim_interface.osl"
+NODE_NAME = "NIM Interface"
+GROUP_NAMES = MappingProxyType({"osl": "NIM Interface", "nodes": "NIM Interface (nodes)"})
+BACKENDS = ("auto", *GROUP_NAMES)
+# The custom property of our groups that holds their backend.
+MARK = "nim_interface"
 
 
 class Socket(NamedTuple):
@@ -87,16 +87,6 @@ SOCKETS = (
 )
 
 
-def shader_source():
-    """The text of nim_interface.osl: beside the package in a checkout, within it once installed."""
-    package = Path(__file__).resolve().parents[1]
-    for root in (package, package.parent):
-        path = root / "osl" / "nim_interface.osl"
-        if path.is_file():
-            return path.read_text(encoding="utf-8")
-    raise FileNotFoundError("osl/nim_interface.osl is missing from this installation of nim_addon; install it again.")
-
-
 def osl_available():
     """Whether this build of Blender can compile and render OSL (shading_system alone does not tell)."""
     return bool(bpy.app.build_options.cycles and bpy.app.build_options.cycles_osl)
@@ -110,67 +100,46 @@ def without_osl():
     )
 
 
-def _compile(source):
-    """Bytecode of an OSL source, and the md5 that Cycles keys it by. The only caller of the private compiler."""
-    import _cycles
+def resolve(backend, scene=None):
+    """The backend, "osl" or "nodes", that `backend` stands for.
 
-    with tempfile.TemporaryDirectory() as folder:
-        osl, oso = Path(folder, TEXT_NAME), Path(folder, "nim_interface.oso")
-        osl.write_text(source, encoding="utf-8")
-        if not _cycles.osl_compile(str(osl), str(oso)):
-            raise RuntimeError("this Blender's OSL compiler refused nim_interface.osl; the console says where.")
-        # the compiler notes its options and where sources lay: nothing of this machine goes into a user's file
-        lines = oso.read_text(encoding="utf-8").splitlines(keepends=True)
-    bytecode = "".join(line for line in lines if not line.startswith("#"))
-    bytecode = re.sub(r'%filename\{"[^"]*/', '%filename{"', bytecode)
-    return bytecode, hashlib.md5(bytecode.encode(), usedforsecurity=False).hexdigest()
-
-
-@contextlib.contextmanager
-def _quiet_engine():
-    """Cycles compiles a script node as soon as its text is set, through a module that the wheels hide: not wanted."""
-    scene = bpy.context.scene
-    engine = scene.render.engine
-    scene.render.engine = "BLENDER_WORKBENCH"
-    try:
-        yield
-    finally:
-        scene.render.engine = engine
-
-
-def interface_group():
-    """The node group "NIM Interface" of this file, made on first use; every material shares it.
-
-    A group that holds an older shader is brought up to date in place. Raises RuntimeError in a Blender without OSL.
+    "auto" is "osl" where this build has it and the device of `scene` (a bpy.types.Scene, or None for the CPU) allows
+    it, else "nodes". Raises ValueError for an unknown one, RuntimeError for "osl" in a Blender without OSL.
     """
-    if not osl_available():
+    if backend not in BACKENDS:
+        raise ValueError(f"there is no backend {backend!r}; the ones that exist are {', '.join(BACKENDS)}.")
+    if backend == "osl" and not osl_available():
         raise RuntimeError(without_osl())
-    source = shader_source()
-    group = next((g for g in bpy.data.node_groups if g.get("nim_interface") and not g.library), None)
+    if backend != "auto":
+        return backend
+    return "osl" if osl_available() and (scene is None or _device_runs_osl(scene)) else "nodes"
+
+
+def _device_runs_osl(scene):
+    if scene.cycles.device == "CPU":
+        return True
+    cycles = bpy.context.preferences.addons.get("cycles")
+    return cycles is None or cycles.preferences.compute_device_type in ("NONE", "OPTIX")
+
+
+def interface_group(backend="auto"):
+    """The node group of that backend in this file, made on first use; every material shares it.
+
+    A group that holds an older shader is brought up to date in place. Raises as resolve() does.
+    """
+    backend = resolve(backend)
+    group = next((g for g in bpy.data.node_groups if g.get(MARK) == backend and not g.library), None)
     if group is None:
-        group = _new_group()
-    script = next(node for node in group.nodes if node.type == "SCRIPT")
-    if script.script is None or script.script.as_string() != source:
-        text = script.script or bpy.data.texts.new(TEXT_NAME)
-        text.use_fake_user = False  # a new text has one, and would outlive its last material
-        text.from_string(source)
-        with _quiet_engine():
-            script.script = text
-        script.bytecode, script.bytecode_hash = _compile(source)
+        group = _new_group(backend)
+    if backend == "osl":
+        script_node.update(group)
     return group
 
 
-def _new_group():
-    group = bpy.data.node_groups.new(GROUP_NAME, "ShaderNodeTree")
-    group["nim_interface"] = 1
-    script = group.nodes.new("ShaderNodeScript")
-    script.name = script.label = "nim_interface.osl"
-    script.width = 220
-    source, sink = group.nodes.new("NodeGroupInput"), group.nodes.new("NodeGroupOutput")
-    source.location, sink.location = (-260, 0), (280, 0)
+def _new_group(backend):
+    group = bpy.data.node_groups.new(GROUP_NAMES[backend], "ShaderNodeTree")
+    group[MARK] = backend
     group.interface.new_socket("BSDF", in_out="OUTPUT", socket_type="NodeSocketShader")
-    closure = script.outputs.new("NodeSocketShader", "BSDF", identifier="BSDF")
-    group.links.new(closure, sink.inputs["BSDF"])
     for socket in SOCKETS:
         item = group.interface.new_socket(socket.name, in_out="INPUT", socket_type=socket.type)
         item.description = socket.description
@@ -178,25 +147,25 @@ def _new_group():
         if socket.min is not None:
             item.min_value, item.max_value = socket.min, socket.max
         item.hide_value = socket.identifier == "shading_normal"
-        inner = script.inputs.new(socket.type, socket.name, identifier=socket.identifier)
-        inner.default_value = socket.default
-        group.links.new(source.outputs[socket.name], inner)
+    if backend == "osl":
+        script_node.fill(group, SOCKETS)
+    else:
+        native_nodes.fill(group, {socket.identifier: socket.name for socket in SOCKETS})
     return group
 
 
-def interface_material(name, inside, outside=MEDIA["air"], *, backend="osl", tint=(1.0, 1.0, 1.0)):
+def interface_material(name, inside, outside=MEDIA["air"], *, backend="auto", tint=(1.0, 1.0, 1.0)):
     """A material for the interface between two media.
 
     name:            of the new material; Blender appends .001 where it is taken
     inside, outside: Medium behind the faces, and on the side the normals point to
-    backend:         "osl", the closure of osl/nim_interface.osl
+    backend:         "osl", the closure of osl/nim_interface.osl; "nodes", the same in Blender's own nodes; or "auto",
+                     the first where this build has OSL, else the second
     tint:            linear RGB factor on all light that meets the interface
     Returns a bpy.types.Material: it renders without this add-on, and its node "NIM Interface" holds the parameters.
-    Raises ValueError for an unknown backend, RuntimeError in a Blender without OSL.
+    Raises ValueError for an unknown backend, RuntimeError for "osl" in a Blender without OSL.
     """
-    if backend != "osl":
-        raise ValueError(f"there is no backend {backend!r}; the one that exists is 'osl'.")
-    group = interface_group()
+    group = interface_group(backend)
     material = bpy.data.materials.new(name)
     if material.node_tree is None:  # from 5.0 a new material comes with its tree
         material.use_nodes = True
@@ -204,7 +173,7 @@ def interface_material(name, inside, outside=MEDIA["air"], *, backend="osl", tin
     tree.nodes.clear()
     node = tree.nodes.new("ShaderNodeGroup")
     node.node_tree = group
-    node.name = node.label = GROUP_NAME
+    node.name = node.label = NODE_NAME
     node.width = 220
     output = tree.nodes.new("ShaderNodeOutputMaterial")
     output.location = (300, 0)
@@ -217,3 +186,19 @@ def interface_material(name, inside, outside=MEDIA["air"], *, backend="osl", tin
     # how solid view shows it: NIMs warm, dielectrics cool
     material.diffuse_color = (0.9, 0.6, 0.35, 0.5) if inside.is_nim or outside.is_nim else (0.5, 0.7, 0.9, 0.5)
     return material
+
+
+def switch_backend(material, backend):
+    """Give every interface node of a bpy.types.Material the group of another backend; values and links stay.
+
+    Returns how many nodes there were. Raises as resolve() does.
+    """
+    group = interface_group(backend)
+    nodes = [
+        node
+        for node in (material.node_tree.nodes if material.node_tree else ())
+        if node.type == "GROUP" and node.node_tree and node.node_tree.get(MARK)
+    ]
+    for node in nodes:
+        node.node_tree = group
+    return len(nodes)

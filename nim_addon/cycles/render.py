@@ -56,7 +56,8 @@ def _interruptible(clean_up):
         yield
     finally:
         signal.set_wakeup_fd(wakeup)
-        signal.signal(signal.SIGINT, handler)
+        # None: a handler of Blender's own, in C, which Python cannot put back
+        signal.signal(signal.SIGINT, signal.SIG_DFL if handler is None else handler)
         theirs.close()  # the watcher reads the end of the stream and ends
         watcher.join()
         ours.close()

@@ -6,12 +6,15 @@
 BOUNCES = 1024
 
 
-def lossless(scene):
-    """Set `scene` (bpy.types.Scene) to render interfaces with Cycles, without bias; size and samples stay as they are."""
+def lossless(scene, backend):
+    """Set `scene` (bpy.types.Scene) to render interfaces with Cycles, without bias; size and samples stay as they are.
+
+    backend: "osl" or "nodes" (material.resolve)
+    """
     scene.render.engine = "CYCLES"
     cycles = scene.cycles
     cycles.device = "CPU"
-    cycles.shading_system = True  # OSL
+    cycles.shading_system = backend == "osl"
     cycles.transparent_max_bounces = BOUNCES
     cycles.max_bounces = BOUNCES
     for kind in ("diffuse", "glossy", "transmission"):

@@ -18,7 +18,7 @@ import numpy as np
 
 from ..physics import MEDIA, Interface, Medium
 from . import settings
-from .material import interface_material
+from .material import interface_material, resolve
 from .render import quiet
 
 # degrees; 48 lies just below the critical angle of 1.33 to air, 48.75
@@ -77,26 +77,29 @@ class Check:
 HEADER = f"{'what':8} {'media':30} {'from':8} {'angle':>5} {'equation':>12} {'measured':>12} {'std error':>10} {'z':>7}"
 
 
-def verify(progress=None):
+def verify(progress=None, backend="auto"):
     """Measure R and landing points, a chain of interfaces and white furnaces in Cycles; returns a list of Check.
 
-    progress: called with (renders done, renders in all). About 20 s; nothing of the current file is changed.
-    Raises RuntimeError in a Blender without OSL.
+    progress: called with (renders done, renders in all)
+    backend:  which form of the material to measure, as for material.interface_material
+    About 20 s; nothing of the current file is changed. Raises as material.resolve() does.
     """
+    backend = resolve(backend)
     checks = []
     steps = [*((_measure_angle, angle) for angle in ANGLES), (_measure_chain, 30.0), (_measure_furnace, None)]
     for done, (measure, argument) in enumerate(steps):
         if progress:
             progress(done, len(steps))
-        checks += measure(argument)
+        checks += measure(argument, backend)
     if progress:
         progress(len(steps), len(steps))
     return checks
 
 
-def summary(checks):
-    """A JSON-ready dict: verdict, versions and all checks."""
+def summary(checks, backend):
+    """A JSON-ready dict: verdict, version, backend and all checks."""
     return {
+        "backend": resolve(backend),
         "passed": all(check.passed for check in checks),
         "blender": bpy.app.version_string,
         "checks": [asdict(check) for check in checks],
@@ -107,11 +110,11 @@ def summary(checks):
 
 
 @contextlib.contextmanager
-def _rig():
+def _rig(backend):
     """An empty scene set up for measuring, and a list for the data made for it: all is taken away at the end."""
     before = {kind: set(getattr(bpy.data, kind)) for kind in _KINDS}
     scene = bpy.data.scenes.new("NIM goniometer")
-    settings.lossless(scene)
+    settings.lossless(scene, backend)
     scene.cycles.samples = SAMPLES
     scene.cycles.pixel_filter_type = "BOX"
     scene.cycles.seed = 1
@@ -244,13 +247,13 @@ def _within(what, labels, angle, equation, measured, tolerance):
     )
 
 
-def _measure_angle(angle):
+def _measure_angle(angle, backend):
     views = [(interface, flipped) for interface in PAIRS for flipped in (False, True)]
-    with _rig() as scene:
+    with _rig(backend) as scene:
         _world(scene, (1, 0, 0))
         _strip(scene, _glowing_floor(), 0, len(views) * PITCH, -1.0)
         for row, (interface, flipped) in enumerate(views):
-            material = interface_material("NIM strip", interface.inside, interface.outside)
+            material = interface_material("NIM strip", interface.inside, interface.outside, backend=backend)
             _strip(scene, material, row * PITCH, (row + 1) * PITCH, 0.0, flipped)
         _beam(scene, angle, len(views))
         pixels = _pixels(scene)
@@ -272,14 +275,14 @@ def _measure_angle(angle):
     return checks
 
 
-def _measure_chain(angle):
+def _measure_chain(angle, backend):
     """CHAIN interfaces one below the other: without interference R = N r / (1 + (N - 1) r), r the reflectance of one."""
     media = (Medium(-1.0), Medium(-1.5), Medium(1.5))
-    with _rig() as scene:
+    with _rig(backend) as scene:
         _world(scene, (1, 0, 0))
         _strip(scene, _glowing_floor(), 0, len(media) * PITCH, -1.0)
         for row, medium in enumerate(media):
-            material = interface_material("NIM chain", medium)
+            material = interface_material("NIM chain", medium, backend=backend)
             for i in range(CHAIN):
                 _strip(scene, material, row * PITCH, (row + 1) * PITCH, -i / CHAIN, flipped=i % 2 == 1)
         _beam(scene, angle, len(media))
@@ -296,13 +299,13 @@ def _measure_chain(angle):
     return checks
 
 
-def _measure_furnace(_):
+def _measure_furnace(_, backend):
     """A round body in a white world is invisible if no light is lost."""
     checks = []
     for medium in (Medium(-1.5), Medium(-1.0), Medium(-0.6), Medium(1.5), MEDIA["nim-mu25"]):
-        with _rig() as scene:
+        with _rig(backend) as scene:
             _world(scene, (1, 1, 1))
-            _ball(scene, interface_material("NIM furnace", medium))
+            _ball(scene, interface_material("NIM furnace", medium, backend=backend))
             _beam(scene, 0.0, 2 * ACROSS // ALONG)
             scene.camera.data.ortho_scale = 2.0
             scene.camera.location = (0, 0, 4)

@@ -45,17 +45,17 @@ class GlassParameters(Parameters):
     )
 
 
-def build(parameters, backend="osl"):
+def build(parameters, backend="auto"):
     """Build the scene from GlassParameters; returns the bpy.types.Scene. Glass on the z axis, table at z = 0, metres.
 
     Raises ValueError, before anything is built, where the file that `figures` names holds no mesh.
     """
     statue = None if parameters.figures == "none" else statue_mesh(parameters.figures)
-    stage = Stage("glass", (720, 720))
+    stage = Stage("glass", (720, 720), backend)
     # a round table: its edge is as far away to the side, where the glass shows it too, as behind
     table = surfaces.checker("Table", (0.62, 0.37, 0.17), (0.12, 0.05, 0.022), 0.020)
     stage.mesh("Table", *shapes.revolve([(TABLE_RADIUS, 0), (0, 0)], 256)[:2], table)
-    glass(stage, parameters.liquid, backend)
+    glass(stage, parameters.liquid)
     if parameters.straw:
         straw(stage)
     if statue is not None:
@@ -99,7 +99,7 @@ def glass_profile():
     return points, np.stack([np.cos(turns), np.sin(turns)], axis=-1)
 
 
-def glass(stage, filling, backend="osl"):
+def glass(stage, filling):
     """The glass, and the liquid (a Medium, or None) in it, as one mesh; returns the object.
 
     Each of its materials stands between the two media that meet there. The faces of the glass point out of the glass,
@@ -114,12 +114,12 @@ def glass(stage, filling, backend="osl"):
     normals = np.column_stack([normals[:, :1] * heading, normals[:, 1]])
     corner_normals = normals[np.concatenate(faces)]
     material = MEDIA["glass"]
-    materials = [interface_material("Glass to air", material, backend=backend)]
+    materials = [interface_material("Glass to air", material, backend=stage.backend)]
     slots = np.zeros(len(faces), int)
     ring = []
     if filling is not None:
-        materials.append(interface_material("Glass to liquid", material, filling, backend=backend))
-        materials.append(interface_material("Liquid to air", filling, backend=backend))
+        materials.append(interface_material("Glass to liquid", material, filling, backend=stage.backend))
+        materials.append(interface_material("Liquid to air", filling, backend=stage.backend))
         ring = np.flatnonzero(vertices[:, 2] == LEVEL)
         surface = [(int(a), int(b), len(vertices)) for a, b in zip(ring, np.roll(ring, -1), strict=True)]
         vertices = np.vstack([vertices, (0, 0, LEVEL)])

@@ -51,15 +51,15 @@ class PoolParameters(Parameters):
             object.__setattr__(self, "liquid", Medium(self.liquid.n, self.mu))
 
 
-def build(parameters, backend="osl"):
+def build(parameters, backend="auto"):
     """Build the scene from PoolParameters; returns the bpy.types.Scene. Metres, z up, the pool's long side along x."""
-    stage = Stage("pool", (960, 640))
+    stage = Stage("pool", (960, 640), backend)
     _basin(stage)
     _ground(stage)
     if parameters.liquid is not None:
         vertices, faces, normals = liquid_surface(parameters.waves, parameters.seed)
         corners = normals[np.asarray(faces)].reshape(-1, 3) if parameters.waves else None
-        material = interface_material("Liquid", parameters.liquid, backend=backend)
+        material = interface_material("Liquid", parameters.liquid, backend=stage.backend)
         stage.mesh("Liquid", vertices, faces, material, normals=corners)
     _ladder(stage, (1.25, HALF[1]))
     _parasol(stage, (2.5, 3.1))

@@ -29,9 +29,9 @@ class SphereParameters(Parameters):
         return Medium(self.n, self.mu)
 
 
-def build(parameters, backend="osl"):
+def build(parameters, backend="auto"):
     """Build the scene from SphereParameters; returns the bpy.types.Scene. The radius is 1 m, the camera looks along +y."""
-    stage = Stage("sphere", (800, 600))
+    stage = Stage("sphere", (800, 600), backend)
     stage.mesh(
         "Ground",
         *shapes.rectangle((-200, -200), (200, 200)),
@@ -40,7 +40,7 @@ def build(parameters, backend="osl"):
         location=(0.3, 0.2, 0),
     )
     # Resting on the ground, with a gap as wide as nothing: 1 mm keeps the two surfaces from touching.
-    ball(stage, "Sphere", (0, 0, 1.001), 1.0, interface_material("Sphere", parameters.medium, backend=backend))
+    ball(stage, "Sphere", (0, 0, 1.001), 1.0, interface_material("Sphere", parameters.medium, backend=stage.backend))
     if parameters.companions:
         ball(stage, "Red", (0.55, 2.6, 0.6), 0.6, surfaces.plain("Red", (0.75, 0.03, 0.02)))
         ball(stage, "Blue", (-0.82, -1.9, 0.35), 0.35, surfaces.plain("Blue", (0.02, 0.08, 0.7)))

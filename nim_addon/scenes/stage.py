@@ -8,6 +8,7 @@ import mathutils
 import numpy as np
 
 from ..cycles import settings
+from ..cycles.material import resolve
 
 # Marks what belongs to a stage.
 OWNER = "nim_scene"
@@ -18,10 +19,12 @@ class Stage:
     """A Blender scene "NIM <name>" with one collection of that name, set up so that no light is lost.
 
     Where an earlier stage of that name left its scene in the file, that scene is cleared: of the stage's own objects
-    and of whatever only they used, not of what a user put there. `size`: pixels of the picture, (width, height).
+    and of whatever only they used, not of what a user put there. `size`: pixels of the picture, (width, height);
+    `backend`: of the materials that come onto the stage, resolved in its attribute of that name.
     """
 
-    def __init__(self, name, size):
+    def __init__(self, name, size, backend="auto"):
+        self.backend = resolve(backend)
         title = f"NIM {name}"
         self.name = name
         self.scene = next((scene for scene in bpy.data.scenes if scene.get(OWNER) == name), None)
@@ -33,7 +36,7 @@ class Stage:
         self.collection = bpy.data.collections.new(title)
         self.collection[OWNER] = name
         self.scene.collection.children.link(self.collection)
-        settings.lossless(self.scene)
+        settings.lossless(self.scene, self.backend)
         self.scene.render.resolution_x, self.scene.render.resolution_y = size
         self.scene.render.resolution_percentage = 100
         self.scene.cycles.samples = SAMPLES

@@ -11,13 +11,18 @@ import numpy as np
 import pytest
 
 from nim_addon.cycles import material as material_module
-from nim_addon.cycles.material import GROUP_NAME, SOCKETS, TEXT_NAME, interface_group, interface_material, shader_source
+from nim_addon.cycles import script_node
+from nim_addon.cycles.material import NODE_NAME, SOCKETS, interface_group, interface_material, switch_backend
+from nim_addon.cycles.script_node import TEXT_NAME, shader_source
 from nim_addon.physics import Interface, Medium
 from nim_addon.scenes import shapes, surfaces
 from nim_addon.scenes.sphere import ball
 from nim_addon.scenes.stage import Stage
 
 VACUUM = Medium(1.0)
+
+
+both_backends = pytest.mark.parametrize("backend", ["osl", "nodes"])
 
 
 def script_of(group):
@@ -48,10 +53,10 @@ def parallel_rays(stage, d):
     camera.data.ortho_scale = 2e-3
 
 
-def furnace(medium, *, bump=False, inside=False):
+def furnace(medium, *, bump=False, inside=False, backend="osl"):
     """A sphere of that medium where everything around shines with 1: so must every pixel, if no light is lost."""
-    stage = Stage("furnace", (64, 48))
-    material = interface_material("Sphere", medium)
+    stage = Stage("furnace", (64, 48), backend)
+    material = interface_material("Sphere", medium, backend=backend)
     ball(stage, "Sphere", (0, 0, 0), 1.0, material)
     if bump:
         tree = material.node_tree
@@ -59,7 +64,7 @@ def furnace(medium, *, bump=False, inside=False):
         noise.inputs["Scale"].default_value = 12.0
         bumps.inputs["Distance"].default_value = 0.3
         tree.links.new(noise.outputs[0], bumps.inputs["Height"])
-        tree.links.new(bumps.outputs["Normal"], tree.nodes[GROUP_NAME].inputs["Normal"])
+        tree.links.new(bumps.outputs["Normal"], tree.nodes[NODE_NAME].inputs["Normal"])
     stage.world(surfaces.sky("White", (1, 1, 1), (1, 1, 1)))
     if inside:
         stage.camera((0.3, 0.2, -0.1), (1, -0.5, 0.4), 120)
@@ -77,8 +82,8 @@ def test_materials_share_one_group_one_text_and_one_bytecode(empty_file):
     b = interface_material("A", Medium(1.33), Medium(-2, -3), tint=(0.5, 0.6, 0.7))
     assert (a.name, b.name) == ("A", "A.001")
     assert len(bpy.data.node_groups) == len(bpy.data.texts) == 1
-    group = a.node_tree.nodes[GROUP_NAME].node_tree
-    assert group == b.node_tree.nodes[GROUP_NAME].node_tree == interface_group() == bpy.data.node_groups[GROUP_NAME]
+    group = a.node_tree.nodes[NODE_NAME].node_tree
+    assert group == b.node_tree.nodes[NODE_NAME].node_tree == interface_group() == bpy.data.node_groups[NODE_NAME]
     assert script_of(group).script == bpy.data.texts[TEXT_NAME]
     assert script_of(group).script.as_string() == shader_source()
     assert script_of(group).bytecode_hash == bytecode, "it was compiled again for nothing"
@@ -86,14 +91,14 @@ def test_materials_share_one_group_one_text_and_one_bytecode(empty_file):
 
 def test_media_and_tint_are_on_the_sockets(empty_file):
     material = interface_material("A", Medium(-1.33, -10), Medium(1.5, 2), tint=(0.25, 0.5, 0.75))
-    values = {s.name: s.default_value for s in material.node_tree.nodes[GROUP_NAME].inputs}
+    values = {s.name: s.default_value for s in material.node_tree.nodes[NODE_NAME].inputs}
     assert values["Index Inside"] == pytest.approx(-1.33) and values["Permeability Inside"] == -10
     assert values["Index Outside"] == 1.5 and values["Permeability Outside"] == 2
     assert tuple(values["Tint"]) == (0.25, 0.5, 0.75, 1)
 
 
 def test_sockets_are_the_shaders_own():
-    bytecode, _ = material_module._compile(shader_source())
+    bytecode, _ = script_node._compile(shader_source())
     line = re.compile(r"^param\t(\w+)\t(\w+)\t([^\t]*?)\s*\t(.*)$", re.MULTILINE)
     found = []
     for kind, identifier, default, rest in line.findall(bytecode):
@@ -138,7 +143,7 @@ def test_an_outdated_group_is_brought_up_to_date_in_place(empty_file, render):
     # an older version of the shader, which lost a quarter of the light
     older = shader_source().replace("tint *", "0.75 * tint *")
     text.from_string(older)
-    script.bytecode, script.bytecode_hash = material_module._compile(older)
+    script.bytecode, script.bytecode_hash = script_node._compile(older)
     assert render(scene).mean() < 0.95
 
     assert interface_group() == group and script_of(group) == script and script.script == text
@@ -151,27 +156,29 @@ def test_the_file_holds_nothing_of_the_machine_it_was_made_on(empty_file):
     # oslc writes its options, and in them the folders of whoever compiled, into a comment
     bytecode = script_of(interface_group()).bytecode
     assert sys.prefix not in bytecode and "/tmp" not in bytecode
-    assert material_module._compile(shader_source()) == material_module._compile(shader_source())
+    assert script_node._compile(shader_source()) == script_node._compile(shader_source())
 
 
 def test_unknown_backend(empty_file, one_sentence):
     with pytest.raises(ValueError) as caught:
         interface_material("A", Medium(-1.5), backend="magic")
-    one_sentence(caught.value, "'magic'", "'osl'")
+    one_sentence(caught.value, "'magic'", "auto, osl, nodes")
     assert not bpy.data.materials and not bpy.data.node_groups
 
 
 def test_blender_without_osl(empty_file, monkeypatch, one_sentence):
     monkeypatch.setattr(material_module, "osl_available", lambda: False)
     with pytest.raises(RuntimeError) as caught:
-        interface_material("A", Medium(-1.5))
+        interface_material("A", Medium(-1.5), backend="osl")
     one_sentence(str(caught.value).replace(bpy.app.version_string, "4.x"), "without OSL", "blender.org")
     assert not bpy.data.materials and not bpy.data.node_groups and not bpy.data.texts
+    material = interface_material("A", Medium(-1.5))
+    assert material.node_tree.nodes[NODE_NAME].node_tree.name == "NIM Interface (nodes)"
 
 
 def test_survives_in_a_file_without_the_addon(empty_file, tmp_path):
     scene = furnace(Medium(-1.5), bump=True)
-    node = scene.objects["Sphere"].data.materials[0].node_tree.nodes[GROUP_NAME]
+    node = scene.objects["Sphere"].data.materials[0].node_tree.nodes[NODE_NAME]
     node.inputs["Tint"].default_value = (1, 0.5, 1, 1)
     bpy.context.window.scene = scene  # the one that opens with the file
     file, picture = tmp_path / "furnace.blend", tmp_path / "furnace.exr"
@@ -195,14 +202,95 @@ bpy.ops.render.render(write_still=True)
     assert 0.01 < pixels[24, 24, 1] < 0.6, "the tint of the file's own node is in the picture"
 
 
+# The two backends
+
+
+def test_groups_of_both_backends_have_the_same_sockets(empty_file):
+    def sockets(backend):
+        items = interface_group(backend).interface.items_tree
+        keys = ("name", "identifier", "socket_type", "description", "hide_value", "min_value", "max_value")
+        return [[getattr(item, key, None) for key in keys] + [str(getattr(item, "default_value", 0))] for item in items]
+
+    assert [row[:-1] for row in sockets("osl")] == [row[:-1] for row in sockets("nodes")]
+
+
+def test_switching_keeps_values_links_and_keyframes(empty_file):
+    material = interface_material("A", Medium(-1.33, -10), Medium(1.5), tint=(0.2, 0.4, 0.6), backend="osl")
+    tree = material.node_tree
+    node = tree.nodes[NODE_NAME]
+    mesh = bpy.data.meshes.new("Body")  # what no object shows is not animated
+    mesh.materials.append(material)
+    bpy.context.scene.collection.objects.link(bpy.data.objects.new("Body", mesh))
+    noise = tree.nodes.new("ShaderNodeTexNoise")
+    tree.links.new(noise.outputs[0], node.inputs["Permeability Inside"])
+    index = node.inputs["Index Inside"]
+    index.keyframe_insert("default_value", frame=1)
+    index.default_value = -2
+    index.keyframe_insert("default_value", frame=11)
+    driver = node.inputs["Index Outside"].driver_add("default_value").driver
+    driver.expression = "1 + frame / 100"
+    scene = bpy.context.scene
+
+    def values():
+        scene.frame_set(1)
+        scene.frame_set(6)
+        return [np.ravel(socket.default_value).tolist() for socket in node.inputs]
+
+    before = values()
+    assert -2 < before[0][0] < -1.33 and before[2][0] == pytest.approx(1.06)
+    for backend in ("nodes", "osl", "nodes"):
+        assert switch_backend(material, backend) == 1
+        assert node.node_tree == interface_group(backend)
+        assert values() == before
+        assert node.inputs["Permeability Inside"].links[0].from_node == noise
+        assert node.outputs["BSDF"].links[0].to_node.type == "OUTPUT_MATERIAL"
+
+
+def test_a_sign_driven_by_a_texture_bends_both_ways(empty_file, render):
+    pictures = []
+    for backend in ("osl", "nodes"):
+        stage = Stage("signs", (64, 32), backend)
+        material = interface_material("Surface", Medium(1.5), backend=backend)
+        tree = material.node_tree
+        xyz = tree.nodes.new("ShaderNodeSeparateXYZ")
+        tree.links.new(tree.nodes.new("ShaderNodeTexCoord").outputs["Object"], xyz.inputs[0])
+        steps = tree.nodes.new("ShaderNodeMath")  # 1.5 where y > 0, -1.5 where y < 0
+        steps.operation = "SIGN"
+        scale = tree.nodes.new("ShaderNodeMath")
+        scale.operation = "MULTIPLY"
+        scale.inputs[1].default_value = 1.5
+        tree.links.new(xyz.outputs["Y"], steps.inputs[0])
+        tree.links.new(steps.outputs[0], scale.inputs[0])
+        tree.links.new(scale.outputs[0], tree.nodes[NODE_NAME].inputs["Index Inside"])
+        stage.mesh("Surface", *shapes.rectangle((-1, -1), (1, 1)), material)
+        halves = emission(
+            "Floor",
+            lambda nodes: nodes.math(
+                "GREATER_THAN",
+                nodes.add(
+                    "ShaderNodeSeparateXYZ", inputs={0: nodes.add("ShaderNodeTexCoord").outputs["Object"]}
+                ).outputs["X"],
+            ),
+        )
+        stage.mesh("Floor", *shapes.rectangle((-8, -8), (8, 8), -1), halves)
+        camera = stage.camera((-3, 0, 3), (0, 0, 0), 40)
+        camera.data.type, camera.data.ortho_scale = "ORTHO", 0.1
+        pictures.append(render(small(stage.scene, 16, 64)).mean(axis=2))
+    for picture in pictures:
+        left, right = picture[:, :8].mean(), picture[:, 8:].mean()  # one lands at x > 0, the other at x < 0
+        assert abs(left - right) > 0.9
+    assert abs(pictures[0] - pictures[1]).mean() < 0.02
+
+
 # The optics
 
 
+@both_backends
 @pytest.mark.parametrize("bump", [False, True], ids=["smooth", "bump"])
 @pytest.mark.parametrize("inside", [False, True], ids=["outside", "inside"])
 @pytest.mark.parametrize("n, mu", [(-1.5, None), (-1.0, None), (-0.6, None), (1.5, None), (-1.33, -25)])
-def test_white_furnace(n, mu, bump, inside, empty_file, render):
-    picture = render(furnace(Medium(n, mu), bump=bump, inside=inside))
+def test_white_furnace(n, mu, bump, inside, backend, empty_file, render):
+    picture = render(furnace(Medium(n, mu), bump=bump, inside=inside, backend=backend))
     assert picture.max() < 1 + 1e-4
     # A sample is lost whole or not at all, a speck 1/16 darker than its surroundings. One in 10,000 is allowed: 1 in
     # 70,000 gets lost at the rim of a smooth NIM. A normal that faces away from the viewer, at the rim or on a bump,
@@ -211,12 +299,12 @@ def test_white_furnace(n, mu, bump, inside, empty_file, render):
     assert lost < 1e-4, f"{np.sum(picture[..., 0] < 0.999)} specks"
 
 
-def landing(medium, d, flipped, render):
+def landing(medium, d, flipped, render, backend="osl"):
     """x and y at which a ray along d through the origin, in a surface z = 0 of `medium`, meets z = -1."""
-    stage = Stage("landing", (64, 48))
+    stage = Stage("landing", (64, 48), backend)
     vertices, faces = shapes.rectangle((-1, -1), (1, 1))
     faces = [face[::-1] for face in faces] if flipped else faces
-    stage.mesh("Surface", vertices, faces, interface_material("Surface", medium))
+    stage.mesh("Surface", vertices, faces, interface_material("Surface", medium, backend=backend))
 
     def coordinates(nodes):
         # x + 9, y + 9 and 1: what is reflected or dimmed on the way cancels in their ratios
@@ -233,12 +321,13 @@ def landing(medium, d, flipped, render):
     return np.array([r, g]) / b - 9
 
 
+@both_backends
 @pytest.mark.parametrize("d", [(1, 0, -1), (0.2, -0.5, -1), (-0.1, 0.05, -1)])
 @pytest.mark.parametrize("flipped", [False, True], ids=["from outside", "from inside"])
 @pytest.mark.parametrize("n", [-1.33, 1.33, -0.9])
-def test_where_a_ray_lands(n, flipped, d, empty_file, render):
+def test_where_a_ray_lands(n, flipped, d, backend, empty_file, render):
     t = Interface(Medium(n)).refract(d, (0, 0, -1 if flipped else 1))
-    np.testing.assert_allclose(landing(Medium(n), d, flipped, render), t[:2] / -t[2], rtol=0, atol=1e-3)
+    np.testing.assert_allclose(landing(Medium(n), d, flipped, render, backend), t[:2] / -t[2], rtol=0, atol=1e-3)
 
 
 def test_where_a_ray_lands_by_hand(empty_file, render):
@@ -249,7 +338,7 @@ def test_where_a_ray_lands_by_hand(empty_file, render):
 def test_a_socket_edited_by_hand_is_rendered(empty_file, render):
     landing(Medium(-1.33), (1, 0, -1), False, render)
     scene = bpy.data.scenes["NIM landing"]
-    node = scene.objects["Surface"].data.materials[0].node_tree.nodes[GROUP_NAME]
+    node = scene.objects["Surface"].data.materials[0].node_tree.nodes[NODE_NAME]
     node.inputs["Index Inside"].default_value = 1.33
     r, _, b = render(scene).astype(float).mean((0, 1))
     assert r / b - 9 == pytest.approx(0.6277, abs=1e-3)
@@ -257,6 +346,7 @@ def test_a_socket_edited_by_hand_is_rendered(empty_file, render):
     assert render(scene).max() == 0
 
 
+@both_backends
 @pytest.mark.parametrize(
     "inside, outside, degrees",
     [
@@ -272,13 +362,13 @@ def test_a_socket_edited_by_hand_is_rendered(empty_file, render):
     ids=str,
 )
 @pytest.mark.parametrize("flipped", [False, True], ids=["from outside", "from inside"])
-def test_reflectance(inside, outside, degrees, flipped, empty_file, render):
+def test_reflectance(inside, outside, degrees, flipped, backend, empty_file, render):
     if flipped:  # the same two media, described from the other side
         inside, outside = outside, inside
-    stage = Stage("reflectance", (64, 48))
+    stage = Stage("reflectance", (64, 48), backend)
     vertices, faces = shapes.rectangle((-1, -1), (1, 1))
     faces = [face[::-1] for face in faces] if flipped else faces
-    stage.mesh("Surface", vertices, faces, interface_material("Surface", inside, outside))
+    stage.mesh("Surface", vertices, faces, interface_material("Surface", inside, outside, backend=backend))
     stage.mesh("Black", *shapes.rectangle((-99, -99), (99, 99), -1), emission("Black", lambda nodes: (0, 0, 0, 1)))
     stage.world(surfaces.sky("White", (1, 1, 1), (1, 1, 1)))
     angle = math.radians(degrees)

@@ -7,12 +7,12 @@ import bpy
 import numpy as np
 import pytest
 
-from nim_addon.cycles import material, verify
+from nim_addon.cycles import script_node, verify
 
 
-@pytest.fixture(scope="module")
-def checks():
-    return verify.verify()
+@pytest.fixture(scope="module", params=["osl", "nodes"])
+def checks(request):
+    return verify.verify(backend=request.param)
 
 
 def test_this_blender_passes(checks):
@@ -48,7 +48,7 @@ def test_leaves_nothing_behind(checks):
 
 
 def test_summary_is_json(checks):
-    summary = json.loads(json.dumps(verify.summary(checks)))
+    summary = json.loads(json.dumps(verify.summary(checks, "osl")))
     assert summary["passed"] is True
     assert len(summary["checks"]) == len(checks)
 
@@ -67,8 +67,8 @@ def test_summary_is_json(checks):
     ],
 )
 def test_a_wrong_closure_fails(monkeypatch, right, wrong, caught):
-    source = material.shader_source()
+    source = script_node.shader_source()
     assert right in source
-    monkeypatch.setattr(material, "shader_source", lambda: source.replace(right, wrong))
-    checks = verify._measure_angle(60.0)
+    monkeypatch.setattr(script_node, "shader_source", lambda: source.replace(right, wrong))
+    checks = verify._measure_angle(60.0, "osl")
     assert caught in {check.what for check in checks if not check.passed}

@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The interface in Blender's own nodes: the same optics as osl/nim_interface.osl, for builds and devices without OSL.
+
+Laid out to be read from left to right, a frame for each equation. What depends on the sockets alone Cycles works out
+once, before it renders, as long as nothing is linked to them; and where the signs differ it drops the refraction.
+"""
+
+import bpy
+
+GLIDE = 1e-3  # as in nim_interface.osl
+
+
+class _Frame:
+    """A frame with a title, and the nodes in it, one below the other."""
+
+    WIDTH, STEP = 260, 44
+    left = 0
+
+    def __init__(self, tree, title):
+        self.tree = tree
+        self.frame = tree.nodes.new("NodeFrame")
+        self.frame.label = title
+        self.row = 0
+        _Frame.left += self.WIDTH
+
+    def node(self, kind, inputs, label, **properties):
+        """A collapsed node; `inputs` maps socket names or indices to values or to the outputs that feed them."""
+        node = self.tree.nodes.new(kind)
+        node.label = label
+        node.hide = True
+        node.width = 200
+        node.parent = self.frame
+        node.location = (_Frame.left, -self.STEP * self.row)
+        self.row += 1
+        for key, value in properties.items():
+            setattr(node, key, value)
+        for key, value in inputs.items():
+            socket = node.inputs[key] if isinstance(key, int) else next(s for s in node.inputs if s.identifier == key)
+            if isinstance(value, bpy.types.NodeSocket):
+                self.tree.links.new(value, socket)
+            else:
+                socket.default_value = value
+        return node
+
+    def math(self, label, operation, *values):
+        """The output of a Math node."""
+        return self.node("ShaderNodeMath", dict(enumerate(values)), label, operation=operation).outputs[0]
+
+    def vector(self, label, operation, *vectors, scale=None):
+        """The output of a Vector Math node, a vector or (dot product, length) a number."""
+        inputs = dict(enumerate(vectors)) | ({} if scale is None else {"Scale": scale})
+        node = self.node("ShaderNodeVectorMath", inputs, label, operation=operation)
+        return node.outputs["Value" if operation in ("DOT_PRODUCT", "LENGTH") else "Vector"]
+
+    def choose(self, label, kind, which, no, yes):
+        """`no` where `which` is 0, `yes` where it is 1; kind is "Float" or "Vector"."""
+        inputs = {"Factor_Float": which, f"A_{kind}": no, f"B_{kind}": yes}
+        node = self.node("ShaderNodeMix", inputs, label, data_type=kind.upper(), clamp_factor=False)
+        return next(socket for socket in node.outputs if socket.identifier == f"Result_{kind}")
+
+
+def fill(tree, sockets):
+    """Build the optics in the empty group `tree`, whose interface has the sockets of material.SOCKETS.
+
+    sockets: their names by identifier
+    """
+    _Frame.left = 0
+    entry, leave = tree.nodes.new("NodeGroupInput"), tree.nodes.new("NodeGroupOutput")
+    entry.location = (-20, -160)
+    given = {identifier: entry.outputs[name] for identifier, name in sockets.items()}
+
+    frame = _Frame(tree, "Media: q = n_i / n_t, z = Z_t / Z_i, Z = |mu| / |n|")
+    geometry = frame.node("ShaderNodeNewGeometry", {}, "the point hit; I to the viewer, N, Ng")
+    incoming, true_normal = geometry.outputs["Incoming"], geometry.outputs["True Normal"]
+    inside = geometry.outputs["Backfacing"]
+    q_out = frame.math("q from outside", "DIVIDE", given["n_outside"], given["n_inside"])
+    q_in = frame.math("q from inside", "DIVIDE", 1.0, q_out)
+    q = frame.choose("q", "Float", inside, q_out, q_in)
+    mu = frame.math("mu_t / mu_i from outside", "DIVIDE", given["mu_inside"], given["mu_outside"])
+    z_signed = frame.math("z from outside, signed", "MULTIPLY", mu, q_out)
+    z_out = frame.math("z from outside", "ABSOLUTE", z_signed)
+    z_in = frame.math("z from inside", "DIVIDE", 1.0, z_out)
+    z = frame.choose("z", "Float", inside, z_out, z_in)
+
+    frame = _Frame(tree, "Normal: linked, else N; Ng where that would mirror the viewer into the surface")
+    length = frame.vector("|Normal|", "LENGTH", given["shading_normal"])
+    linked = frame.math("is it linked?", "GREATER_THAN", length, 0.0)
+    unit = frame.vector("Normal / |Normal|", "NORMALIZE", given["shading_normal"])
+    bent = frame.choose("bent normal b", "Vector", linked, geometry.outputs["Normal"], unit)
+    cos_b = frame.vector("I . b", "DOT_PRODUCT", incoming, bent)
+    cos_true = frame.vector("I . Ng", "DOT_PRODUCT", incoming, true_normal)
+    tilt = frame.vector("b . Ng", "DOT_PRODUCT", bent, true_normal)
+    # mirrored: (2 (I.b) b - I) . Ng > GLIDE, with I.b > 0
+    facing = frame.math("max(I . b, 0)", "MAXIMUM", cos_b, 0.0)
+    half = frame.math("(I . b) (b . Ng)", "MULTIPLY", facing, tilt)
+    least = frame.math("(I . Ng + glide) / 2", "MULTIPLY_ADD", cos_true, 0.5, GLIDE / 2)
+    valid = frame.math("mirrors outwards?", "GREATER_THAN", half, least)
+    n = frame.choose("n", "Vector", valid, true_normal, bent)
+    cos_i = frame.choose("cos_i", "Float", valid, cos_true, cos_b)
+
+    frame = _Frame(tree, "Snell: cos_t^2 = 1 - q^2 sin_i^2")
+    q2 = frame.math("q^2", "MULTIPLY", q, q)
+    c2 = frame.math("cos_i^2", "MULTIPLY", cos_i, cos_i)
+    # in the form that is exact in single precision where |n_i| = |n_t|
+    rest = frame.math("1 - q^2", "SUBTRACT", 1.0, q2)
+    cos2_t = frame.math("(1 - q^2) + q^2 cos_i^2", "MULTIPLY_ADD", q2, c2, rest)
+    # the root of a negative number is 0 here, and then R = 1: total reflection needs no branch
+    cos_t = frame.math("cos_t", "SQRT", cos2_t)
+
+    frame = _Frame(tree, "Fresnel: R = (r_s^2 + r_p^2) / 2")
+    z_cos_i = frame.math("z cos_i", "MULTIPLY", z, cos_i)
+    z_cos_t = frame.math("z cos_t", "MULTIPLY", z, cos_t)
+    s_above = frame.math("z cos_i - cos_t", "SUBTRACT", z_cos_i, cos_t)
+    s_below = frame.math("z cos_i + cos_t", "ADD", z_cos_i, cos_t)
+    r_s = frame.math("r_s", "DIVIDE", s_above, s_below)
+    p_above = frame.math("cos_i - z cos_t", "SUBTRACT", cos_i, z_cos_t)
+    p_below = frame.math("cos_i + z cos_t", "ADD", cos_i, z_cos_t)
+    r_p = frame.math("r_p", "DIVIDE", p_above, p_below)
+    R_p = frame.math("r_p^2", "MULTIPLY", r_p, r_p)
+    both = frame.math("r_s^2 + r_p^2", "MULTIPLY_ADD", r_s, r_s, R_p)
+    R = frame.math("R", "MULTIPLY", both, 0.5)
+
+    frame = _Frame(tree, "Transmitted ray: d = (q cos_i - cos_t) n - q I")
+    q_cos_i = frame.math("q cos_i", "MULTIPLY", q, cos_i)
+    along = frame.math("q cos_i - cos_t", "SUBTRACT", q_cos_i, cos_t)
+    normal_part = frame.vector("(q cos_i - cos_t) n", "SCALE", n, scale=along)
+    incoming_part = frame.vector("q I", "SCALE", incoming, scale=q)
+    d = frame.vector("d", "SUBTRACT", normal_part, incoming_part)
+    height = frame.vector("d . Ng", "DOT_PRODUCT", d, true_normal)
+    # a ray that a bent normal would send back glides along the surface, just inside
+    above = frame.math("max(d . Ng, -glide)", "MAXIMUM", height, -GLIDE)
+    excess = frame.math("height over the glide", "ADD", above, GLIDE)
+    push = frame.vector("push inwards", "SCALE", true_normal, scale=excess)
+    inwards = frame.vector("d, inwards", "SUBTRACT", d, push)
+    direction = frame.vector("d, of length 1", "NORMALIZE", inwards)
+
+    frame = _Frame(tree, "Reflected with R, else transmitted: by a portal where the signs of the indices differ")
+    same = frame.math("have the indices one sign?", "GREATER_THAN", q_out, 0.0)
+    # a refraction closure would drop a ray that a bent normal sends back
+    falls = frame.math("does d go inwards?", "LESS_THAN", height, 0.0)
+    # a product, since Cycles drops the refraction where one factor is known to be 0
+    refracts = frame.math("refraction, not portal", "MULTIPLY", same, falls)
+    ior = frame.math("n_inside / n_outside", "DIVIDE", given["n_inside"], given["n_outside"])
+    refraction = frame.node(
+        "ShaderNodeBsdfRefraction",
+        {"Color": given["tint"], "Roughness": 0.0, "IOR": ior, "Normal": n},
+        "transmitted, same signs",
+        distribution="GGX",
+    )
+    portal = frame.node(
+        "ShaderNodeBsdfRayPortal", {"Color": given["tint"], "Direction": direction}, "transmitted, signs differ"
+    )
+    transmitted = frame.node(
+        "ShaderNodeMixShader", {0: refracts, 1: portal.outputs[0], 2: refraction.outputs[0]}, "transmitted"
+    )
+    reflected = frame.node(
+        "ShaderNodeBsdfAnisotropic",
+        {"Color": given["tint"], "Roughness": 0.0, "Normal": n},
+        "reflected",
+        distribution="GGX",
+    )
+    mixed = frame.node("ShaderNodeMixShader", {0: R, 1: transmitted.outputs[0], 2: reflected.outputs[0]}, "R")
+    tree.links.new(mixed.outputs[0], leave.inputs[0])
+    leave.location = (_Frame.left + _Frame.WIDTH, -160)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Our closure beside Blender's own Glass BSDF: the sphere scene, in one process, alternating; prints ratios of times."""
+"""Our material beside Blender's own Glass BSDF, both backends: the sphere scene, one process, alternating; prints ratios."""
 
 import resource
 import statistics
@@ -10,7 +10,7 @@ import time
 
 import bpy
 
-from nim_addon.cycles.material import NODE_NAME
+from nim_addon.cycles.material import NODE_NAME, switch_backend
 from nim_addon.cycles.render import quiet
 from nim_addon.physics import Medium
 from nim_addon.scenes import scene_type
@@ -45,40 +45,52 @@ def main():
     values = ours.node_tree.nodes[NODE_NAME].inputs
     native = glass_bsdf("Glass")
 
-    def ours_at(n):
+    def ours_at(n, backend):
         def use():
             medium = Medium(n)
             values["Index Inside"].default_value, values["Permeability Inside"].default_value = medium.n, medium.mu
+            scene.cycles.shading_system = backend == "osl"
+            switch_backend(ours, backend)
             sphere.material_slots[0].material = ours
 
         return use
 
-    def glass():
-        sphere.material_slots[0].material = native
+    def glass(backend):
+        def use():
+            scene.cycles.shading_system = backend == "osl"
+            sphere.material_slots[0].material = native
+
+        return use
 
     programs = {
-        "Glass BSDF, n = 1.5": glass,
-        "NIM Interface, n = 1.5": ours_at(1.5),
-        "NIM Interface, n = -1.5": ours_at(-1.5),
+        "Glass BSDF, SVM": glass("nodes"),
+        "nodes, n = 1.5": ours_at(1.5, "nodes"),
+        "nodes, n = -1.5": ours_at(-1.5, "nodes"),
+        "Glass BSDF, OSL": glass("osl"),
+        "OSL, n = 1.5": ours_at(1.5, "osl"),
+        "OSL, n = -1.5": ours_at(-1.5, "osl"),
     }
     times = {name: [] for name in programs}
     for turn in range(ROUNDS + 1):
         for name, use in programs.items():
             use()
             with quiet():
-                started = time.perf_counter()
+                started = time.process_time()
                 bpy.ops.render.render(scene=scene.name)
             if turn:  # the first round warms up
-                times[name].append(time.perf_counter() - started)
-    base = times["Glass BSDF, n = 1.5"]
-    print(
-        f"sphere scene, {SIZE} x {SIZE}, {SAMPLES} samples, OSL on both sides, {ROUNDS} rounds, Blender {bpy.app.version_string}"
-    )
-    print(f"{'':26}{'seconds':>9}{'ratio to Glass: median':>25}{'min':>7}{'max':>7}")
+                times[name].append(time.process_time() - started)
+    print(f"sphere scene, {SIZE} x {SIZE}, {SAMPLES} samples, {ROUNDS} rounds, Blender {bpy.app.version_string}")
+    print(f"{'':18}{'CPU s':>8}   ratio, round by round: median, min, max")
     for name, taken in times.items():
-        ratios = [a / b for a, b in zip(taken, base, strict=True)]
-        middle = statistics.median(ratios)
-        print(f"{name:26}{statistics.median(taken):9.2f}{middle:25.3f}{min(ratios):7.3f}{max(ratios):7.3f}")
+        others = ["Glass BSDF, OSL" if name.startswith("OSL") else "Glass BSDF, SVM"]
+        if name.startswith("nodes"):
+            others.append(name.replace("nodes", "OSL"))
+        line = f"{name:18}{statistics.median(taken):8.2f}"
+        for other in others:
+            if other != name:
+                ratios = [a / b for a, b in zip(taken, times[other], strict=True)]
+                line += f"   to {other}: {statistics.median(ratios):.3f}, {min(ratios):.3f}, {max(ratios):.3f}"
+        print(line)
     with tempfile.TemporaryDirectory() as folder:
         command = [sys.executable, "-m", "nim_addon", "render", "sphere", "--samples", "1", "--size", "64x64"]
         walls = []

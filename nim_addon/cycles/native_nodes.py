@@ -11,35 +11,43 @@ GLIDE = 1e-3  # as in nim_interface.osl
 
 
 class _Frame:
-    """A frame with a title, and the nodes in it, one below the other."""
+    """A frame with a title, and the nodes in it: each to the right of those in the frame that feed it."""
 
-    WIDTH, STEP = 260, 44
-    left = 0
+    COLUMN, ROW, GAP = 180, 48, 90
 
-    def __init__(self, tree, title):
-        self.tree = tree
+    def __init__(self, tree, title, left, top):
+        self.tree, self.left, self.top = tree, left, top
         self.frame = tree.nodes.new("NodeFrame")
         self.frame.label = title
-        self.row = 0
-        _Frame.left += self.WIDTH
+        self.column = {}
+        self.rows = {}
+
+    @property
+    def right(self):
+        """Where the next frame may begin."""
+        return self.left + self.COLUMN * len(self.rows) + self.GAP
 
     def node(self, kind, inputs, label, **properties):
-        """A collapsed node; `inputs` maps socket names or indices to values or to the outputs that feed them."""
+        """A collapsed node; `inputs` maps socket identifiers or indices to values or to the outputs that feed them."""
         node = self.tree.nodes.new(kind)
         node.label = label
         node.hide = True
-        node.width = 200
+        node.width = 155
         node.parent = self.frame
-        node.location = (_Frame.left, -self.STEP * self.row)
-        self.row += 1
         for key, value in properties.items():
             setattr(node, key, value)
+        column = 0
         for key, value in inputs.items():
             socket = node.inputs[key] if isinstance(key, int) else next(s for s in node.inputs if s.identifier == key)
             if isinstance(value, bpy.types.NodeSocket):
                 self.tree.links.new(value, socket)
+                column = max(column, self.column.get(value.node.name, -1) + 1)
             else:
                 socket.default_value = value
+        self.column[node.name] = column
+        row = self.rows[column] = self.rows.get(column, -1) + 1
+        # every second column lies half a row lower, so that links pass between the nodes
+        node.location = (self.left + self.COLUMN * column, self.top - self.ROW * (row + 0.5 * (column % 2)))
         return node
 
     def math(self, label, operation, *values):
@@ -64,28 +72,34 @@ def fill(tree, sockets):
 
     sockets: their names by identifier
     """
-    _Frame.left = 0
-    entry, leave = tree.nodes.new("NodeGroupInput"), tree.nodes.new("NodeGroupOutput")
-    entry.location = (-20, -160)
-    given = {identifier: entry.outputs[name] for identifier, name in sockets.items()}
 
-    frame = _Frame(tree, "Media: q = n_i / n_t, z = Z_t / Z_i, Z = |mu| / |n|")
-    geometry = frame.node("ShaderNodeNewGeometry", {}, "the point hit; I to the viewer, N, Ng")
+    def entry(left, top, *identifiers):
+        """Outputs of a Group Input of its own, near its use, that shows these sockets only."""
+        node = tree.nodes.new("NodeGroupInput")
+        node.location = (left, top)
+        for socket in node.outputs:
+            socket.hide = socket.name not in {sockets[identifier] for identifier in identifiers}
+        return [node.outputs[sockets[identifier]] for identifier in identifiers]
+
+    n_inside, n_outside, mu_inside, mu_outside = entry(-220, 0, "n_inside", "n_outside", "mu_inside", "mu_outside")
+    (shading_normal,) = entry(-220, -360, "shading_normal")
+    frame = _Frame(tree, "Media: q = n_i / n_t, z = Z_t / Z_i with Z = |mu| / |n|", 0, 0)
+    geometry = frame.node("ShaderNodeNewGeometry", {}, "I, N, Ng, which side")
     incoming, true_normal = geometry.outputs["Incoming"], geometry.outputs["True Normal"]
     inside = geometry.outputs["Backfacing"]
-    q_out = frame.math("q from outside", "DIVIDE", given["n_outside"], given["n_inside"])
+    q_out = frame.math("q from outside", "DIVIDE", n_outside, n_inside)
     q_in = frame.math("q from inside", "DIVIDE", 1.0, q_out)
     q = frame.choose("q", "Float", inside, q_out, q_in)
-    mu = frame.math("mu_t / mu_i from outside", "DIVIDE", given["mu_inside"], given["mu_outside"])
+    mu = frame.math("mu_t / mu_i from outside", "DIVIDE", mu_inside, mu_outside)
     z_signed = frame.math("z from outside, signed", "MULTIPLY", mu, q_out)
     z_out = frame.math("z from outside", "ABSOLUTE", z_signed)
     z_in = frame.math("z from inside", "DIVIDE", 1.0, z_out)
     z = frame.choose("z", "Float", inside, z_out, z_in)
 
-    frame = _Frame(tree, "Normal: linked, else N; Ng where that would mirror the viewer into the surface")
-    length = frame.vector("|Normal|", "LENGTH", given["shading_normal"])
+    frame = _Frame(tree, "Normal n, or Ng where n would mirror the viewer into the surface; cos_i", 0, -360)
+    length = frame.vector("|Normal|", "LENGTH", shading_normal)
     linked = frame.math("is it linked?", "GREATER_THAN", length, 0.0)
-    unit = frame.vector("Normal / |Normal|", "NORMALIZE", given["shading_normal"])
+    unit = frame.vector("Normal / |Normal|", "NORMALIZE", shading_normal)
     bent = frame.choose("bent normal b", "Vector", linked, geometry.outputs["Normal"], unit)
     cos_b = frame.vector("I . b", "DOT_PRODUCT", incoming, bent)
     cos_true = frame.vector("I . Ng", "DOT_PRODUCT", incoming, true_normal)
@@ -98,7 +112,7 @@ def fill(tree, sockets):
     n = frame.choose("n", "Vector", valid, true_normal, bent)
     cos_i = frame.choose("cos_i", "Float", valid, cos_true, cos_b)
 
-    frame = _Frame(tree, "Snell: cos_t^2 = 1 - q^2 sin_i^2")
+    frame = _Frame(tree, "Snell: cos_t^2 = 1 - q^2 sin_i^2", frame.right, -180)
     q2 = frame.math("q^2", "MULTIPLY", q, q)
     c2 = frame.math("cos_i^2", "MULTIPLY", cos_i, cos_i)
     # in the form that is exact in single precision where |n_i| = |n_t|
@@ -107,7 +121,7 @@ def fill(tree, sockets):
     # the root of a negative number is 0 here, and then R = 1: total reflection needs no branch
     cos_t = frame.math("cos_t", "SQRT", cos2_t)
 
-    frame = _Frame(tree, "Fresnel: R = (r_s^2 + r_p^2) / 2")
+    frame = _Frame(tree, "Fresnel: R = (r_s^2 + r_p^2) / 2", frame.right, 0)
     z_cos_i = frame.math("z cos_i", "MULTIPLY", z, cos_i)
     z_cos_t = frame.math("z cos_t", "MULTIPLY", z, cos_t)
     s_above = frame.math("z cos_i - cos_t", "SUBTRACT", z_cos_i, cos_t)
@@ -120,7 +134,8 @@ def fill(tree, sockets):
     both = frame.math("r_s^2 + r_p^2", "MULTIPLY_ADD", r_s, r_s, R_p)
     R = frame.math("R", "MULTIPLY", both, 0.5)
 
-    frame = _Frame(tree, "Transmitted ray: d = (q cos_i - cos_t) n - q I")
+    fresnel_left = frame.left
+    frame = _Frame(tree, "Transmitted ray: d = (q cos_i - cos_t) n - q I", fresnel_left, -360)
     q_cos_i = frame.math("q cos_i", "MULTIPLY", q, cos_i)
     along = frame.math("q cos_i - cos_t", "SUBTRACT", q_cos_i, cos_t)
     normal_part = frame.vector("(q cos_i - cos_t) n", "SCALE", n, scale=along)
@@ -134,31 +149,31 @@ def fill(tree, sockets):
     inwards = frame.vector("d, inwards", "SUBTRACT", d, push)
     direction = frame.vector("d, of length 1", "NORMALIZE", inwards)
 
-    frame = _Frame(tree, "Reflected with R, else transmitted: by a portal where the signs of the indices differ")
+    frame = _Frame(tree, "R is reflected; 1 - R transmitted, by a portal where the signs differ", frame.right, -180)
+    (tint,) = entry(frame.left - 200, -420, "tint")
     same = frame.math("have the indices one sign?", "GREATER_THAN", q_out, 0.0)
     # a refraction closure would drop a ray that a bent normal sends back
     falls = frame.math("does d go inwards?", "LESS_THAN", height, 0.0)
     # a product, since Cycles drops the refraction where one factor is known to be 0
     refracts = frame.math("refraction, not portal", "MULTIPLY", same, falls)
-    ior = frame.math("n_inside / n_outside", "DIVIDE", given["n_inside"], given["n_outside"])
     refraction = frame.node(
         "ShaderNodeBsdfRefraction",
-        {"Color": given["tint"], "Roughness": 0.0, "IOR": ior, "Normal": n},
+        # q from inside is n_inside / n_outside, which the node turns round for a back face by itself
+        {"Color": tint, "Roughness": 0.0, "IOR": q_in, "Normal": n},
         "transmitted, same signs",
         distribution="GGX",
     )
-    portal = frame.node(
-        "ShaderNodeBsdfRayPortal", {"Color": given["tint"], "Direction": direction}, "transmitted, signs differ"
-    )
+    portal = frame.node("ShaderNodeBsdfRayPortal", {"Color": tint, "Direction": direction}, "transmitted, signs differ")
     transmitted = frame.node(
         "ShaderNodeMixShader", {0: refracts, 1: portal.outputs[0], 2: refraction.outputs[0]}, "transmitted"
     )
     reflected = frame.node(
         "ShaderNodeBsdfAnisotropic",
-        {"Color": given["tint"], "Roughness": 0.0, "Normal": n},
+        {"Color": tint, "Roughness": 0.0, "Normal": n},
         "reflected",
         distribution="GGX",
     )
     mixed = frame.node("ShaderNodeMixShader", {0: R, 1: transmitted.outputs[0], 2: reflected.outputs[0]}, "R")
+    leave = tree.nodes.new("NodeGroupOutput")
+    leave.location = (frame.right, -240)
     tree.links.new(mixed.outputs[0], leave.inputs[0])
-    leave.location = (_Frame.left + _Frame.WIDTH, -160)

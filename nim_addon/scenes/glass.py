@@ -68,7 +68,8 @@ def build(parameters, backend="auto"):
             strength=1.4,
             ground=(0.24, 0.31, 0.38),
             glow=((-0.55, 0.30, 0.78), (20.0, 18.5, 16.0), 12.0),
-        )
+        ),
+        aim=256,
     )
     if parameters.view == "side":
         # above the level by 11 degrees: enough to see into the liquid through the wall and, in a NIM, up to its surface

@@ -65,10 +65,7 @@ def build(parameters, backend="auto"):
     _parasol(stage, (2.5, 3.1))
     _tree(stage, (-2.0, 4.2))
     if parameters.sky == "sunny":
-        stage.world(sunny(parameters.sun_angle))
-        # A sun is small enough to be worth looking for; the deck sees it directly.
-        stage.scene.world.cycles.sampling_method = "MANUAL"
-        stage.scene.world.cycles.sample_map_resolution = 1024
+        stage.world(sunny(parameters.sun_angle), aim=1024)
         stage.scene.view_settings.exposure = -0.6
     else:
         stage.world(surfaces.overcast("Overcast", (1.0, 1.02, 1.05)))

@@ -50,7 +50,8 @@ def build(parameters, backend="auto"):
             (0.62, 0.80, 1.0),
             (0.03, 0.14, 0.55),
             glow=((-0.56, -0.36, 0.75), (62.0, 54.0, 42.0), 8.0),
-        )
+        ),
+        aim=256,
     )
     stage.camera((0, -7.0, 1.9), (0, 0, 0.95), 34)
     return stage.scene

@@ -87,12 +87,16 @@ class Stage:
         self.scene.camera = camera
         return camera
 
-    def world(self, world):
-        """Light the scene with a bpy.types.World."""
+    def world(self, world, aim=None):
+        """Light the scene with a bpy.types.World.
+
+        aim: None for a smooth sky, which is found by chance more cheaply than by shadow rays, since an interface
+             blocks those anyway; for one with a sun, the width in pixels of the map by which shadow rays find it
+        """
         world[OWNER] = self.name
         self.scene.world = world
-        # A smooth sky is found by chance more cheaply than by shadow rays, which an interface blocks anyway.
-        world.cycles.sampling_method = "NONE"
+        world.cycles.sampling_method = "NONE" if aim is None else "MANUAL"
+        world.cycles.sample_map_resolution = aim or 64
 
 
 def _clear(scene, name):

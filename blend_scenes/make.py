@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Write each scene, with its default parameters, to a .blend beside this file (or into the folder given)."""
+"""Write each scene, with its default parameters, to a .blend beside this file (or into the folder given).
+
+In Blender's own nodes, so that any build and device can render them.
+"""
 
 import os
 import shutil
@@ -22,7 +25,7 @@ for kind in SCENES.values():
     with tempfile.TemporaryDirectory() as work, quiet():
         bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
         spare = bpy.context.scene
-        bpy.context.window.scene = kind.build(kind.parameters())
+        bpy.context.window.scene = kind.build(kind.parameters(), "nodes")
         bpy.data.scenes.remove(spare)
         bpy.context.scene.render.filepath = f"//{kind.name}"
         bpy.data.orphans_purge()

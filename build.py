@@ -6,7 +6,7 @@
   python3 build.py test                run the tests (more words go to pytest)
   python3 build.py scenes              write blend_scenes/*.blend
   python3 build.py package             build and validate dist/nim_addon-X.Y.Z.zip with Blender's own tool
-  python3 build.py bench               print how fast it is, beside Blender's own Glass BSDF
+  python3 build.py bench [glass|peers] print how fast it is, beside Blender's own Glass BSDF, Mitsuba 3 and POV-Ray
   python3 build.py setup               make the environment only; every other command does so when needed
 
 --blender 5.0 before or after the command picks another Blender (4.5 and 5.0 run on Python 3.11).
@@ -156,8 +156,10 @@ def package(python, rest):
 
 
 def bench(python, rest):
-    """Print the benchmarks."""
-    return run(python, "bench/glass.py", *rest)
+    """Print the benchmarks: `glass`, our material beside Blender's; `peers`, beside Mitsuba and POV-Ray; or both."""
+    chosen = [rest[0]] if rest and rest[0] in ("glass", "peers") else ["glass", "peers"]
+    words = rest[1:] if rest[:1] == chosen else rest
+    return max(run(python, f"bench/{name}.py", *words) for name in chosen)
 
 
 if __name__ == "__main__":

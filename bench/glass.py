@@ -15,8 +15,8 @@ from nim_addon.cycles.render import quiet
 from nim_addon.physics import Medium
 from nim_addon.scenes import scene_type
 
-ROUNDS = 9
-SIZE, SAMPLES = 256, 64
+ROUNDS = 7
+SIZE, SAMPLES = 192, 32
 
 
 def glass_bsdf(name):

@@ -3,13 +3,12 @@
 
   python mitsuba_scene.py SIZE SAMPLES THREADS SAMPLER
 
-For each line "N KIND SEED" on its input ("-1.5 lit 7") it renders once and answers with one JSON line: seconds of the
-rendering on the clock and on the processors, and the .npy file of the picture. An index above 0 is Mitsuba's own
-`dielectric`, one below 0 our closure.
+It says "ready". For each line "N KIND SEED" on its input ("-1.5 lit 7") it renders once and answers with one JSON line:
+seconds of the rendering on the clock and on the processors, and the .npy file of the picture. An index above 0 is
+Mitsuba's own `dielectric`, one below 0 our closure.
 """
 
 import json
-import math
 import resource
 import sys
 import tempfile
@@ -176,9 +175,9 @@ def processor_seconds():
 
 def main(size, samples, threads, sampler):
     """Answer the requests on the input until it ends."""
-    dr.set_thread_count(int(threads))
-    print(dr.thread_count(), file=sys.stderr)
+    dr.set_thread_count(int(threads) + 1)  # counts the calling thread, which only waits
     scenes = {}
+    print("ready", flush=True)
     with tempfile.TemporaryDirectory() as folder:
         for line in sys.stdin:
             n, kind, seed = line.split()

@@ -41,9 +41,9 @@ def build(n, lit, size, backend="osl"):
         cells = nodes.math("ADD", *(nodes.math("FLOOR", xyz.outputs[axis]) for axis in (0, 1)))
         return nodes.mix(nodes.math("FLOORED_MODULO", cells, 2.0), LIGHT, DARK)
 
-    stage = Stage("reference", (size, size))
+    stage = Stage("reference", (size, size), backend)
     stage.mesh("Ground", *shapes.rectangle((-40, -40), (40, 40)), opaque("Ground", checks))
-    ball(stage, "Sphere", (0, 0, 1), 1.0, interface_material("Sphere", Medium(n), backend=backend))
+    ball(stage, "Sphere", (0, 0, 1), 1.0, interface_material("Sphere", Medium(n), backend=stage.backend))
     ball(stage, "Red", (0.5, 2.5, 0.6), 0.6, opaque("Red", lambda nodes: (*RED, 1.0)))
     ball(stage, "Blue", (-0.9, -2.2, 0.35), 0.35, opaque("Blue", lambda nodes: (*BLUE, 1.0)))
     stage.world(surfaces.sky("Sky", SKY_HORIZON, SKY_ZENITH))

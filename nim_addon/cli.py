@@ -8,6 +8,7 @@ import json
 import math
 import os
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -291,14 +292,30 @@ def _default_name(arguments):
 
 
 class _Bar:
-    """A line on the terminal that tells how far a render is."""
+    """A line on the terminal that tells how far a render is; between Cycles' reports, rare ones, it goes by the clock."""
 
     WIDTH = 28
 
     def __init__(self, name):
         self.name = name
+        self.report = None
+        self.over = threading.Event()
+        self.ticker = threading.Thread(target=self._tick, daemon=True)
+        self.ticker.start()
 
     def __call__(self, done, total, left):
+        self.report = done, total, left, time.monotonic()
+
+    def _tick(self):
+        while not self.over.wait(0.25):
+            if self.report:
+                done, total, left, when = self.report
+                if left:
+                    passed = min((time.monotonic() - when) / left, 1.0)
+                    done, left = done + int((total - done) * passed), left * (1 - passed)
+                self._draw(done, total, left)
+
+    def _draw(self, done, total, left):
         full = self.WIDTH * done // total
         bar = "#" * full + "." * (self.WIDTH - full)
         wait = "" if left is None else f", {_duration(left)} left"
@@ -307,6 +324,8 @@ class _Bar:
 
     def end(self):
         """Clear the line."""
+        self.over.set()
+        self.ticker.join()
         print("\r" + " " * (len(self.name) + self.WIDTH + 46) + "\r", end="", file=sys.stderr, flush=True)
 
 

@@ -19,6 +19,9 @@ class _Frame:
         self.tree, self.left, self.top = tree, left, top
         self.frame = tree.nodes.new("NodeFrame")
         self.frame.label = title
+        # a frame closes tightly around its nodes, over the title's place: this one keeps it free
+        spacer = tree.nodes.new("NodeReroute")
+        spacer.parent, spacer.location = self.frame, (left, top + 40)
         self.column = {}
         self.rows = {}
 
@@ -96,7 +99,7 @@ def fill(tree, sockets):
     z_in = frame.math("z from inside", "DIVIDE", 1.0, z_out)
     z = frame.choose("z", "Float", inside, z_out, z_in)
 
-    frame = _Frame(tree, "Normal n, or Ng where n would mirror the viewer into the surface; cos_i", 0, -360)
+    frame = _Frame(tree, "Normal n (Ng where it would mirror the viewer inwards), cos_i", 0, -360)
     length = frame.vector("|Normal|", "LENGTH", shading_normal)
     linked = frame.math("is it linked?", "GREATER_THAN", length, 0.0)
     unit = frame.vector("Normal / |Normal|", "NORMALIZE", shading_normal)
@@ -149,7 +152,7 @@ def fill(tree, sockets):
     inwards = frame.vector("d, inwards", "SUBTRACT", d, push)
     direction = frame.vector("d, of length 1", "NORMALIZE", inwards)
 
-    frame = _Frame(tree, "R is reflected; 1 - R transmitted, by a portal where the signs differ", frame.right, -180)
+    frame = _Frame(tree, "R reflected, 1 - R transmitted: by a portal if signs differ", frame.right, -180)
     (tint,) = entry(frame.left - 200, -420, "tint")
     same = frame.math("have the indices one sign?", "GREATER_THAN", q_out, 0.0)
     # a refraction closure would drop a ray that a bent normal sends back

@@ -134,9 +134,6 @@ class Interface:
             return None
         return math.asin(math.sqrt(above / below))
 
-    def __str__(self):
-        return f"{self.outside} | {self.inside}"
-
 
 def povray_reflectance(n_i, n_t, cos_i):
     """Unpolarised reflectance as POV-Ray computes it (thesis A.1 to A.3), for comparison.

@@ -322,7 +322,3 @@ def test_povray_knows_no_permeability():
 
 def test_povray_broadcasts():
     assert povray_reflectance(1, [[1.5], [-1.5]], [0.2, 0.5, 1]).shape == (2, 3)
-
-
-def test_an_interface_reads_as_outside_then_inside():
-    assert str(Interface(Medium(-1.5, -3))) == "n=1 | n=-1.5,mu=-3"

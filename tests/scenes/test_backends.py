@@ -29,8 +29,8 @@ def test_backends_agree(name, settings, empty_file, render):
         assert scene.cycles.shading_system == (backend == "osl")
         scene.render.resolution_x, scene.render.resolution_y = 6 * BLOCK, 5 * BLOCK
         # sample 0 sits in the middle of the pixel for every seed: it would not be noise
-        scene.cycles.seed, scene.cycles.samples = seed, 17
-        scene.cycles.use_sample_subset, scene.cycles.sample_offset, scene.cycles.sample_subset_length = True, 1, 16
+        scene.cycles.seed, scene.cycles.samples = seed, 65
+        scene.cycles.use_sample_subset, scene.cycles.sample_offset, scene.cycles.sample_subset_length = True, 1, 64
         pictures.append(render(scene).astype(float).mean(axis=2))
     assert len([group for group in bpy.data.node_groups if group.get("nim_interface") == "nodes"]) == 1
     # the scene cancels in the difference: what is left in a block is its noise

@@ -8,11 +8,12 @@ _commands = []
 
 
 def register():
-    """Called by Blender when the extension is enabled: adds `blender --command nimray`."""
+    """Called by Blender when the extension is enabled: adds the panels, and `blender --command nimray`."""
     import bpy
 
-    from . import cli
+    from . import cli, ui
 
+    ui.register()
     _commands.append(bpy.utils.register_cli_command("nimray", cli.main))
 
 
@@ -20,5 +21,8 @@ def unregister():
     """Called by Blender when the extension is disabled."""
     import bpy
 
+    from . import ui
+
     while _commands:
         bpy.utils.unregister_cli_command(_commands.pop())
+    ui.unregister()

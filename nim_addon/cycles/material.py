@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The material: a node group whose sockets carry ranges and tooltips, with the optics in OSL or in Blender's own nodes."""
 
+import math
 from types import MappingProxyType
 from typing import NamedTuple
 
 import bpy
 
-from ..physics import MEDIA
+from ..physics import MEDIA, Interface, Medium
 from . import native_nodes, script_node
 
 NODE_NAME = "NIM Interface"
@@ -188,17 +189,37 @@ def interface_material(name, inside, outside=MEDIA["air"], *, backend="auto", ti
     return material
 
 
+def interface_nodes(material):
+    """The interface nodes of a bpy.types.Material (or None), those of a group within a group not counted; a list."""
+    return [
+        node
+        for node in (material.node_tree.nodes if material and material.node_tree else ())
+        if node.type == "GROUP" and node.node_tree and node.node_tree.get(MARK)
+    ]
+
+
+def interface_of(node):
+    """The physics.Interface that an interface node's unlinked values describe, as both shaders read them.
+
+    The permeabilities count by magnitude. Returns None where a link decides an index or a permeability, or where one is 0.
+    """
+    media = []
+    for side in ("Inside", "Outside"):
+        sockets = node.inputs[f"Index {side}"], node.inputs[f"Permeability {side}"]
+        n, mu = (socket.default_value for socket in sockets)
+        if any(socket.is_linked for socket in sockets) or n == 0 or mu == 0:
+            return None
+        media.append(Medium(n, math.copysign(mu, n)))
+    return Interface(*media)
+
+
 def switch_backend(material, backend):
     """Give every interface node of a bpy.types.Material the group of another backend; values and links stay.
 
     Returns how many nodes there were. Raises as resolve() does.
     """
     group = interface_group(backend)
-    nodes = [
-        node
-        for node in (material.node_tree.nodes if material.node_tree else ())
-        if node.type == "GROUP" and node.node_tree and node.node_tree.get(MARK)
-    ]
+    nodes = interface_nodes(material)
     for node in nodes:
         node.node_tree = group
     return len(nodes)

@@ -1,0 +1,25 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a person sees of the add-on inside Blender: preferences, panels, operators and menus."""
+
+import bpy
+
+from . import add, assets, convert, jobs, light_paths, material, preferences, scenes, translations, versions, warnings
+
+# In the order in which they register: a module may use the classes of those before it.
+MODULES = (translations, preferences, versions, warnings, material, convert, add, scenes, jobs, light_paths, assets)
+
+
+def register():
+    """Register every module's CLASSES, then what else it adds (menus, properties, handlers); raises what Blender raises."""
+    for module in MODULES:
+        for one in module.CLASSES:
+            bpy.utils.register_class(one)
+        module.register()
+
+
+def unregister():
+    """Take back what register() did, backwards."""
+    for module in reversed(MODULES):
+        module.unregister()
+        for one in reversed(module.CLASSES):
+            bpy.utils.unregister_class(one)

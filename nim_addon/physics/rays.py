@@ -1,0 +1,274 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Rays through any number of interfaces: each splits into a reflected and a transmitted branch, until nothing is left.
+
+Rays are straight, media isotropic and without loss, light unpolarised at every interface (thesis 4.16).
+"""
+
+import enum
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from .interface import Interface, _unit
+
+# More segments than this are a mistake in the settings rather than a drawing.
+MOST = 100_000
+
+
+class Kind(enum.IntEnum):
+    """How a segment begins: at the source, by reflection, or by transmission."""
+
+    INCIDENT = 0
+    REFLECTED = 1
+    TRANSMITTED = 2
+
+
+class Fate(enum.IntEnum):
+    """How a segment ends: at an interface, at something opaque, nowhere, or at the last interface it may meet."""
+
+    SPLIT = 0
+    LANDED = 1
+    ESCAPED = 2
+    STOPPED = 3
+
+
+class Hit(NamedTuple):
+    """Where N rays meet a surface first.
+
+    distance: (N,) along the unit direction, inf where there is nothing
+    normal:   (N, 3) unit normals into `outside`; the sign of direction . normal tells the side a ray comes from
+    which:    (N,) index into the surfaces' `interfaces`, -1 where the surface is opaque
+    """
+
+    distance: np.ndarray
+    normal: np.ndarray
+    which: np.ndarray
+
+
+class Paths(NamedTuple):
+    """The S segments of N rays, each after the one it comes from.
+
+    start, end: (S, 3)
+    energy:     (S,) share of the ray's energy
+    n:          (S,) refractive index of the medium it runs in, 1 where no interface before or after tells
+    depth:      (S,) how many interfaces lie before it
+    kind, fate: (S,) values of Kind and Fate
+    ray:        (S,) index of the source's ray
+    parent:     (S,) index of the segment it comes from, -1 at the source
+    lost:       (N,) energy of the branches that were not followed; with all ends of a ray it makes 1
+    """
+
+    start: np.ndarray
+    end: np.ndarray
+    energy: np.ndarray
+    n: np.ndarray
+    depth: np.ndarray
+    kind: np.ndarray
+    fate: np.ndarray
+    ray: np.ndarray
+    parent: np.ndarray
+    lost: np.ndarray
+
+    @property
+    def direction(self):
+        """(S, 3) unit vectors the light travels in."""
+        return _unit(self.end - self.start)
+
+
+class _Front(NamedTuple):
+    """The segments of one depth before it is known where they end; `cast` is where the search for that begins."""
+
+    start: np.ndarray
+    cast: np.ndarray
+    direction: np.ndarray
+    energy: np.ndarray
+    n: np.ndarray
+    kind: np.ndarray
+    ray: np.ndarray
+    parent: np.ndarray
+
+    def __getitem__(self, chosen):
+        return _Front(*(column[chosen] for column in tuple(self)))
+
+
+def trace(surfaces, origins, directions, *, bounces=8, least=1e-3, branches=True, reach=1.0, gap=1e-9, most=MOST):
+    """Follow rays through interfaces; returns Paths.
+
+    surfaces:   has `interfaces`, a sequence of Interface, and `hit(origins, directions)` that returns a Hit: Shapes
+                here, or anything else that can cast rays
+    origins:    (N, 3) or (3,); directions: (N, 3) or (3,), of any length but zero; they broadcast
+    bounces:    how many interfaces one path may cross or be reflected by
+    least:      a branch with less of the ray's energy is not followed
+    branches:   whether to follow both; else only the transmitted branch, or the reflected one in total reflection
+    reach:      length that is given to a segment which meets nothing
+    gap:        how far off a surface the search starts as a ray leaves it; more than the rounding of `hit`
+    most:       ValueError where the rays split into more segments
+    Raises ValueError for a direction that is zero or not finite, and for numbers out of their ranges.
+    """
+    if not bounces >= 0 or not 0 <= least < 1 or not reach > 0 or not gap >= 0:
+        raise ValueError("bounces and gap must be 0 or more, least in [0, 1) and reach above 0.")
+    origins, directions = np.broadcast_arrays(
+        np.atleast_2d(np.asarray(origins, float)), np.atleast_2d(_unit(directions))
+    )
+    count = len(origins)
+    sources = np.full(count, -1)
+    front = _Front(origins, origins, directions, np.ones(count), np.ones(count), sources + 1, np.arange(count), sources)
+    lost = np.zeros(count)
+    levels, total = [], 0
+    for depth in range(bounces + 1):
+        hit = surfaces.hit(front.cast, front.direction)
+        met = np.isfinite(hit.distance)
+        crossed = met & (hit.which >= 0)
+        end = np.where(
+            met[:, None],
+            front.cast + np.where(met, hit.distance, 0)[:, None] * front.direction,
+            front.start + reach * front.direction,
+        )
+        at = np.select([~met, ~crossed], [Fate.ESCAPED, Fate.LANDED], Fate.SPLIT if depth < bounces else Fate.STOPPED)
+        # an interface knows the medium a ray comes from; where there is none, the one it was last seen in
+        n = front.n.copy()
+        children = []
+        for which in np.unique(hit.which[crossed]):
+            interface = surfaces.interfaces[which]
+            chosen = np.flatnonzero(crossed & (hit.which == which))
+            from_inside = np.sum(front.direction[chosen] * hit.normal[chosen], axis=1) > 0
+            n[chosen] = np.where(from_inside, interface.inside.n, interface.outside.n)
+            if depth < bounces:
+                children += _split(interface, front[chosen], end[chosen], hit.normal[chosen], chosen + total, gap)
+        levels.append(
+            (front.start, end, front.energy, n, np.full(len(n), depth), front.kind, at, front.ray, front.parent)
+        )
+        total += len(n)
+        if not children:
+            break
+        front = _Front(*(np.concatenate(columns) for columns in zip(*children, strict=True)))
+        followed = (front.energy > 0) & (front.energy >= least)
+        if not branches:
+            # a transmitted branch of no energy: its reflected sister is all there is
+            passes = np.isin(front.parent, front.parent[(front.kind == Kind.TRANSMITTED) & (front.energy > 0)])
+            followed &= (front.kind == Kind.TRANSMITTED) | ~passes
+        np.add.at(lost, front.ray[~followed], front.energy[~followed])
+        front = front[followed]
+        if total + len(front.ray) > most:
+            raise ValueError(
+                f"the rays split into more than {most} segments; take fewer rays or bounces, or a higher least energy."
+            )
+        if not len(front.ray):
+            break
+    return Paths(*(np.concatenate(columns) for columns in zip(*levels, strict=True)), lost)
+
+
+def _split(interface, front, point, normal, parent, gap):
+    """The reflected and the transmitted _Front of rays that meet `interface` at `point` (N, 3)."""
+    d = front.direction
+    along = np.sum(d * normal, axis=1)
+    from_inside = along > 0
+    cos_i = np.minimum(np.abs(along), 1.0)
+    R = np.where(from_inside, interface.reversed().fresnel(cos_i).R, interface.fresnel(cos_i).R)
+    mirrored = _unit(d - 2 * along[:, None] * normal)
+    refracted = interface.refract(d, normal)
+    passes = np.isfinite(refracted).all(axis=1)
+    R = np.where(passes, R, 1.0)
+    away = np.where(from_inside, -gap, gap)[:, None] * normal  # back to the side the rays came from
+    n = interface.outside.n, interface.inside.n
+    ahead = np.where(from_inside, *n)
+    behind = np.where(from_inside, *reversed(n))
+    kinds = np.full_like(parent, Kind.REFLECTED), np.full_like(parent, Kind.TRANSMITTED)
+    # a direction is needed even for a branch of no energy, which is dropped
+    onward = np.where(passes[:, None], refracted, d)
+    return [
+        _Front(point, point + away, mirrored, front.energy * R, behind, kinds[0], front.ray, parent),
+        _Front(point, point - away, onward, front.energy * (1 - R), ahead, kinds[1], front.ray, parent),
+    ]
+
+
+def _dot(a, b):
+    return np.sum(a * b, axis=-1)
+
+
+def _first(roots):
+    """The smallest of the distances (K, N) that lies ahead, inf where none does."""
+    with np.errstate(invalid="ignore"):
+        return np.min(np.where(roots > 0, roots, np.inf), axis=0)
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """A sphere whose normals point away from `center`; opaque where `interface` is None."""
+
+    center: tuple
+    radius: float
+    interface: Interface | None = None
+
+    def meet(self, o, d):
+        """Distances (N,), inf where there is nothing, and normals (N, 3) of rays from o (N, 3) along unit d (N, 3)."""
+        away = o - np.asarray(self.center, float)
+        b = _dot(away, d)
+        # the distance of the line from the centre, by the vector and not by |away|^2 - b^2, which cancels far away
+        nearest = away - b[:, None] * d
+        with np.errstate(invalid="ignore"):
+            half = np.sqrt(np.square(self.radius) - _dot(nearest, nearest))
+        distance = _first(np.stack([-b - half, -b + half]))
+        reached = np.where(np.isfinite(distance), distance, 0)[:, None]
+        return distance, (away + reached * d) / self.radius
+
+
+@dataclass(frozen=True)
+class Plane:
+    """A plane without end through `point`, its normal of any length; opaque where `interface` is None."""
+
+    point: tuple
+    normal: tuple
+    interface: Interface | None = None
+
+    def meet(self, o, d):
+        """As Sphere.meet."""
+        normal = _unit(self.normal)
+        along = _dot(d, normal)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            distance = _first(_dot(np.asarray(self.point, float) - o, normal)[None] / along)
+        return distance, np.broadcast_to(normal, o.shape)
+
+
+@dataclass(frozen=True)
+class Cylinder:
+    """The wall of a cylinder from `start` to `end`, without its caps; normals point away from the axis."""
+
+    start: tuple
+    end: tuple
+    radius: float
+    interface: Interface | None = None
+
+    def meet(self, o, d):
+        """As Sphere.meet."""
+        start, end = np.asarray(self.start, float), np.asarray(self.end, float)
+        axis = _unit(end - start)
+        # across the axis it is a circle
+        away = (o - start) - _dot(o - start, axis)[:, None] * axis
+        across = d - _dot(d, axis)[:, None] * axis
+        a, b = _dot(across, across), _dot(away, across)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            nearest = away - (b / a)[:, None] * across
+            half = np.sqrt((np.square(self.radius) - _dot(nearest, nearest)) / a)
+            roots = np.stack([-b / a - half, -b / a + half])
+            height = _dot(o - start, axis) + roots * _dot(d, axis)
+        distance = _first(np.where((height >= 0) & (height <= np.linalg.norm(end - start)), roots, np.inf))
+        reached = np.where(np.isfinite(distance), distance, 0)[:, None]
+        return distance, (away + reached * across) / self.radius
+
+
+class Shapes:
+    """Several shapes as one: what trace() takes. A shape has `interface` and `meet(origins, directions)`."""
+
+    def __init__(self, *shapes):
+        self.shapes = shapes
+        self.interfaces = [shape.interface for shape in shapes]
+        self._which = np.array([-1 if shape.interface is None else i for i, shape in enumerate(shapes)])
+
+    def hit(self, origins, directions):
+        """The nearest Hit of rays from origins (N, 3) along unit directions (N, 3)."""
+        distances, normals = zip(*(shape.meet(origins, directions) for shape in self.shapes), strict=True)
+        nearest = np.argmin(distances, axis=0)
+        rows = np.arange(len(origins))
+        return Hit(np.stack(distances)[nearest, rows], np.stack(normals)[nearest, rows], self._which[nearest])

@@ -1,0 +1,384 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Light paths as drawn: they land where Snell says, are replaced, cleared and undone, and change no picture."""
+
+import functools
+import math
+import time
+
+import bpy
+import numpy as np
+import pytest
+from mathutils import Euler, Matrix
+
+from nim_addon.cycles.material import interface_material
+from nim_addon.physics import Interface, Medium
+from nim_addon.physics.rays import Kind, Shapes, Sphere, trace
+from nim_addon.scenes import glass, shapes, sphere, surfaces
+from nim_addon.ui import light_paths
+
+MARK = light_paths.MARK
+
+
+@pytest.fixture
+def scene(addon):
+    """The default file without its cube."""
+    bpy.data.objects.remove(bpy.data.objects["Cube"])
+    return bpy.context.scene
+
+
+def add(name, vertices, faces, material, smooth=False):
+    mesh = bpy.data.meshes.new(name)
+    mesh.from_pydata(np.asarray(vertices).tolist(), [], faces)
+    mesh.materials.append(material)
+    if smooth:
+        mesh.shade_smooth()
+    thing = bpy.data.objects.new(name, mesh)
+    bpy.context.collection.objects.link(thing)
+    return thing
+
+
+def add_interface(n, mesh, smooth=False):
+    return add("NIM", *mesh, interface_material("NIM", Medium(n), backend="nodes"), smooth)
+
+
+def add_floor(z):
+    return add("Floor", *shapes.rectangle((-50, -50), (50, 50), z), surfaces.plain("Floor", (0.5, 0.5, 0.5)))
+
+
+def drawn(kind, scene=None):
+    """Start and end (S, 2, 3) and radius (S,) of the drawn pieces of a Kind, in the order they were drawn."""
+    ends, radius = [], []
+    for thing in (scene or bpy.context.scene).objects:
+        if thing.get(MARK) and thing.data.materials[0][MARK] == kind.name:
+            assert thing.type == "CURVE"
+            for spline in thing.data.splines:
+                assert len(spline.points) == 2
+                ends.append([point.co[:3] for point in spline.points])
+                radius.append(spline.points[0].radius)
+    return np.array(ends).reshape(-1, 2, 3), np.array(radius)
+
+
+def direction(ends):
+    along = ends[:, 1] - ends[:, 0]
+    return along / np.linalg.norm(along, axis=1, keepdims=True)
+
+
+def data():
+    """What the file holds, by name; the list of the wheel's own brushes and such is left out by being the same."""
+    kinds = ("objects", "curves", "materials", "collections", "meshes", "node_groups")
+    return {kind: {item.name for item in getattr(bpy.data, kind)} for kind in kinds}
+
+
+@pytest.mark.parametrize("n", [1.33, -1.33])
+def test_a_ray_through_a_plane_lands_where_snell_says(scene, press, n):
+    add_interface(n, shapes.rectangle((-5, -5), (5, 5)))
+    add_floor(-1)
+    scene.cursor.location = (-1, 0, 1)
+    assert press("nim.light_paths", rays=1, aim="DIRECTION", direction=(3, 0, -3)) == {"FINISHED"}
+    incident, full = drawn(Kind.INCIDENT)
+    np.testing.assert_allclose(incident, [[(-1, 0, 1), (0, 0, 0)]], atol=1e-5)
+    transmitted, radius = drawn(Kind.TRANSMITTED)
+    x = math.tan(math.asin(math.sin(math.radians(45)) / n))
+    np.testing.assert_allclose(transmitted, [[(0, 0, 0), (x, 0, -1)]], atol=1e-5)
+    reflected, weak = drawn(Kind.REFLECTED)
+    np.testing.assert_allclose(direction(reflected), [(math.sqrt(0.5), 0, math.sqrt(0.5))], atol=1e-6)
+    R = float(Interface(Medium(n)).fresnel(math.sqrt(0.5)).R)
+    for got, energy in ((full, 1), (radius, 1 - R), (weak, R)):
+        assert got[0] ** (1 / light_paths.THINNING) == pytest.approx(energy, abs=1e-5)
+
+
+@pytest.mark.parametrize("n", [-1.5, 1.5])
+def test_a_beam_through_a_moved_and_mirrored_ball_is_the_analytic_one(scene, press, n):
+    scene.cursor.location = (-1, 2, 3)
+    z = 3 + np.linspace(-0.4, 0.4, 9)
+    analytic = Shapes(Sphere((1, 2, 3), 0.5, Interface(Medium(n))))
+    expected = trace(analytic, np.stack([np.full(9, -1.0), np.full(9, 2.0), z], -1), (1, 0, 0), bounces=2)
+    errors = []
+    for divisions in (24, 48):
+        ball = add_interface(n, shapes.cube_sphere(divisions), smooth=True)
+        turn = Euler((0.5, 0.6, 0.7)).to_matrix().to_4x4()
+        ball.matrix_world = Matrix.Translation((1, 2, 3)) @ turn @ Matrix.Diagonal((-0.5, 0.5, 0.5, 1))
+        press("nim.light_paths", rays=9, bounces=2, fit=False, width=0.8, reach=1.0)
+        errors.append(0)
+        for kind in Kind:
+            ends, _ = drawn(kind)
+            chosen = expected.kind == kind
+            assert len(ends) == chosen.sum()
+            wrong = np.abs(direction(ends) - expected.direction[chosen]).max()
+            errors[-1] = max(errors[-1], wrong, np.abs(ends[:, 0] - expected.start[chosen]).max())
+        bpy.data.objects.remove(ball)
+    # interpolated normals are wrong by how far a facet lies under the sphere, which four bends make up to ten times
+    # as much; the faces' own would be wrong by their angle, 0.03, and get better with it, not with its square
+    assert errors[1] < 10 * (1 - math.cos(math.radians(90 / 48 / math.sqrt(2)))), errors
+    assert errors[1] < 0.4 * errors[0], errors
+
+
+def test_normals_of_a_stretched_ball_are_those_of_the_ellipsoid(scene):
+    ball = add_interface(-1.5, shapes.cube_sphere(32), smooth=True)
+    ball.scale = stretch = np.array((2.0, 1.0, 0.4))
+    bpy.context.view_layer.update()
+    outwards = np.random.default_rng(1).normal(size=(50, 3)) * stretch
+    outwards /= np.linalg.norm(outwards, axis=1, keepdims=True)
+    surfaces = light_paths.Meshes(bpy.context.evaluated_depsgraph_get())
+    hit = surfaces.hit(9 * outwards, -outwards)
+    at = (9 - hit.distance)[:, None] * outwards
+    np.testing.assert_allclose(np.linalg.norm(at / stretch, axis=1), 1, atol=1e-3)
+    normals = at / stretch**2
+    np.testing.assert_allclose(hit.normal, normals / np.linalg.norm(normals, axis=1, keepdims=True), atol=5e-3)
+    assert (hit.which == 0).all()
+
+
+def test_flat_faces_bend_by_their_own_normals(scene, press):
+    add_interface(-1.5, shapes.box((-1, -1, -1), (1, 1, 1)))
+    scene.cursor.location = (-3, 0, 0)
+    press("nim.light_paths", rays=1, aim="DIRECTION", direction=(1, 0.3, 0.1))
+    out = drawn(Kind.TRANSMITTED)[0][1]
+    np.testing.assert_allclose(direction(out[None]), direction(np.array([[(0, 0, 0), (1, 0.3, 0.1)]])), atol=1e-6)
+
+
+def test_modifiers_and_instances_count_and_what_is_hidden_does_not(scene, press):
+    wall = add_interface(-1.5, shapes.rectangle((-1, -1), (1, 1)))
+    array = wall.modifiers.new("Array", "ARRAY")
+    array.count, array.use_relative_offset, array.use_constant_offset = 3, False, True
+    array.constant_offset_displace = (0, 0, -1)
+    scene.cursor.location = (0, 0, 2)
+    down = {"rays": 1, "aim": "FORWARD", "least": 0.5}  # the cursor looks down
+    press("nim.light_paths", **down)
+    np.testing.assert_allclose(drawn(Kind.TRANSMITTED)[0][:, 0, 2], (0, -1, -2), atol=1e-5)
+    group = bpy.data.collections.new("Group")
+    scene.collection.children.link(group)
+    bpy.context.collection.objects.unlink(wall)
+    group.objects.link(wall)
+    instance = bpy.data.objects.new("Instance", None)
+    instance.instance_type, instance.instance_collection = "COLLECTION", group
+    instance.location.z = 0.5
+    scene.collection.objects.link(instance)
+    press("nim.light_paths", **down)
+    np.testing.assert_allclose(drawn(Kind.TRANSMITTED)[0][:, 0, 2], (0.5, 0, -0.5, -1, -1.5, -2), atol=1e-5)
+    wall.hide_set(True)
+    press("nim.light_paths", **down)
+    np.testing.assert_allclose(drawn(Kind.TRANSMITTED)[0][:, 0, 2], (0.5, -0.5, -1.5), atol=1e-5)
+    instance.hide_render = True
+    wall.hide_set(False)
+    press("nim.light_paths", **down)
+    np.testing.assert_allclose(drawn(Kind.TRANSMITTED)[0][:, 0, 2], (0, -1, -2), atol=1e-5)
+
+
+def test_arrangements(scene, press):
+    add_interface(-1.5, shapes.box((-1, -1, -1), (1, 1, 1)))
+    scene.cursor.location = (-5, 0, 0)
+    press("nim.light_paths", rays=5, arrangement="BEAM")
+    ends, _ = drawn(Kind.INCIDENT)
+    np.testing.assert_allclose(ends[:, 0], [(-5, 0, z) for z in np.linspace(-0.8, 0.8, 5)], atol=1e-6)
+    press("nim.light_paths", rays=5, arrangement="BEAM", roll=math.radians(90), fit=False, width=1.0)
+    np.testing.assert_allclose(np.abs(drawn(Kind.INCIDENT)[0][:, 0, 1]), (0.5, 0.25, 0, 0.25, 0.5), atol=1e-6)
+    press("nim.light_paths", rays=5, arrangement="FAN", angle=math.radians(20), roll=0)
+    along = direction(drawn(Kind.INCIDENT)[0])
+    np.testing.assert_allclose(np.degrees(np.arctan2(along[:, 2], along[:, 0])), (-10, -5, 0, 5, 10), atol=1e-4)
+    press("nim.light_paths", rays=100, arrangement="CONE", angle=math.radians(20))
+    ends, _ = drawn(Kind.INCIDENT)
+    assert (ends[:, 0] == (-5, 0, 0)).all()
+    off = np.degrees(np.arccos(direction(ends) @ (1, 0, 0)))
+    assert off.max() < 10 and abs(np.median(off) - 10 / math.sqrt(2)) < 0.2
+    np.testing.assert_allclose(direction(ends).mean(axis=0)[1:], 0, atol=0.002)
+
+
+def test_a_new_file_needs_no_move_of_the_cursor(addon, press):
+    bpy.data.objects["Cube"].data.materials[0] = interface_material("NIM", Medium(-1.5), backend="nodes")
+    press("nim.light_paths", rays=3)
+    ends, _ = drawn(Kind.INCIDENT)
+    np.testing.assert_allclose(ends[:, 1], [(-1, 0, -0.8), (-1, 0, 0), (-1, 0, 0.8)], atol=1e-5)
+
+
+def test_lamps_of_every_type(scene, press):
+    target = add_interface(-1.5, shapes.box((-1, -1, -1), (1, 1, 1)))
+    bpy.data.objects.remove(bpy.data.objects["Light"])
+    for kind, x in (("POINT", -5), ("SPOT", 5), ("AREA", 9)):
+        lamp = bpy.data.objects.new(kind, bpy.data.lights.new(kind, kind))
+        lamp.location = x, 0, 0
+        scene.collection.objects.link(lamp)
+        lamp.select_set(True)
+    press("nim.light_paths", source="LAMP", rays=3, arrangement="FAN", angle=0.1)
+    ends, _ = drawn(Kind.INCIDENT)
+    assert sorted(ends[:, 0, 0]) == [-5, -5, -5, 5, 5, 5, 9, 9, 9]
+    np.testing.assert_allclose(np.abs(ends[:, 1, 0]), 1, atol=1e-5)
+    for thing in scene.objects:
+        thing.select_set(False)
+    with pytest.raises(RuntimeError, match="select a lamp"):
+        press("nim.light_paths", source="LAMP")
+    # a sun is nowhere: its beam is parallel to it and centred on the active object, else on the cursor
+    sun = bpy.data.objects.new("Sun", bpy.data.lights.new("Sun", "SUN"))
+    sun.rotation_euler = (0, math.radians(30), 0)
+    sun.location = (77, 7, 7)
+    scene.collection.objects.link(sun)
+    sun.select_set(True)
+    target.location = (3, 0, 0)
+    bpy.context.view_layer.objects.active = target
+    press("nim.light_paths_clear")
+    shines = np.array((-math.sin(math.radians(30)), 0, -math.cos(math.radians(30))))
+    for aim, middle in (("TARGET", (3, 0, 0)), ("FORWARD", (3.2, 0, 0.3))):
+        scene.cursor.location = (3.2, 0, 0.3)
+        press("nim.light_paths", source="LAMP", rays=3, aim=aim, arrangement="FAN")
+        ends, _ = drawn(Kind.INCIDENT)
+        np.testing.assert_allclose(direction(ends), np.tile(shines, (3, 1)), atol=1e-6)
+        np.testing.assert_allclose(np.cross(middle - ends[1, 0], shines), 0, atol=1e-5)
+
+
+def test_the_camera_and_the_lamp_and_the_cursor_keep_their_own(scene, press):
+    add_interface(-1.5, shapes.box((-1, -1, -1), (1, 1, 1)))
+    scene.cursor.location = (-5, 0, 0)
+    for source in ("CURSOR", "CAMERA", "LAMP", "CURSOR", "CAMERA"):
+        press("nim.light_paths", source=source, rays=2)
+    assert {thing[MARK] for thing in scene.objects if thing.get(MARK)} == {"cursor", "camera", "lamp Light"}
+    assert len(drawn(Kind.INCIDENT)[0]) == 6
+    assert [c.name for c in scene.collection.children if c.get(MARK)] == [light_paths.COLLECTION]
+    assert len([m for m in bpy.data.materials if m.get(MARK)]) == 3
+    # what is drawn stops no rays
+    before = drawn(Kind.TRANSMITTED)[0]
+    press("nim.light_paths", source="CAMERA", rays=2)
+    np.testing.assert_array_equal(drawn(Kind.TRANSMITTED)[0], before)
+
+
+def test_clear_leaves_the_file_as_it_was_and_what_a_person_put_there(scene, press, capfd):
+    add_interface(-1.5, shapes.box((-1, -1, -1), (1, 1, 1)))
+    assert not bpy.ops.nim.light_paths_clear.poll()
+    before = data()
+    scene.cursor.location = (-5, 0, 0)
+    press("nim.light_paths")
+    assert data() != before
+    assert "Info: Light paths drawn; rays: 21, pieces: " in capfd.readouterr().out
+    mine = bpy.data.objects.new("Mine", None)
+    light_paths._collection_of(scene).objects.link(mine)
+    press("nim.light_paths_clear")
+    assert mine.name in scene.collection.objects
+    bpy.data.objects.remove(mine)
+    assert data() == before
+
+
+def test_undo_and_redo(scene, press):
+    add_interface(-1.5, shapes.box((-1, -1, -1), (1, 1, 1)))
+    scene.cursor.location = (-5, 0, 0)
+    bpy.ops.ed.undo_push(message="before")
+    before = data()
+    press("nim.light_paths", rays=3)
+    after = data()
+    press("nim.light_paths_clear")
+    assert data() == before
+    bpy.ops.ed.undo()
+    assert data() == after and len(drawn(Kind.INCIDENT)[0]) == 3
+    bpy.ops.ed.undo()
+    assert data() == before and bpy.context.scene.nim_rays.rays == 21
+    bpy.ops.ed.redo()
+    assert data() == after and bpy.context.scene.nim_rays.rays == 3
+
+
+def test_the_scene_keeps_the_settings(scene, press, tmp_path):
+    add_interface(-1.5, shapes.box((-1, -1, -1), (1, 1, 1)))
+    scene.cursor.location = (-5, 0, 0)
+    press("nim.light_paths", rays=4, arrangement="FAN")
+    scene.nim_rays.rays = 6
+    press("nim.light_paths")  # what is left open is as the scene has it
+    assert len(drawn(Kind.INCIDENT)[0]) == 6
+    file = str(tmp_path / "kept.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=file)
+    bpy.ops.wm.open_mainfile(filepath=file)
+    settings = bpy.context.scene.nim_rays
+    assert (settings.rays, settings.arrangement) == (6, "FAN")
+    assert settings.thickness == pytest.approx(0.007 * math.sqrt(12))  # as fitted
+    assert bpy.data.scenes.new("Another").nim_rays.rays == 21
+
+
+def test_media_that_a_link_decides_stop_rays_and_are_named(scene, press, capfd):
+    first = add_interface(-1.5, shapes.rectangle((-1, -1), (1, 1), 0.0))
+    second = add_interface(-1.5, shapes.rectangle((-1, -1), (1, 1), 1.0))
+    second.data.materials[0].name = "Animated"
+    tree = second.data.materials[0].node_tree
+    tree.links.new(tree.nodes.new("ShaderNodeValue").outputs[0], tree.nodes["NIM Interface"].inputs["Index Inside"])
+    scene.cursor.location = (0, 0, 2)
+    press("nim.light_paths", rays=1, aim="FORWARD")
+    assert "Warning: Rays end at Animated: " in capfd.readouterr().out
+    np.testing.assert_allclose(drawn(Kind.INCIDENT)[0][0, 1], (0, 0, 1), atol=1e-6)
+    # a node that leads nowhere is no interface
+    tree = first.data.materials[0].node_tree
+    tree.links.clear()
+    with pytest.raises(RuntimeError, match="no visible mesh of this scene has a NIM Interface material"):
+        press("nim.light_paths")
+
+
+def test_failures_say_why_and_change_nothing(scene, press, capfd, monkeypatch):
+    scene.cursor.location = (-5, 0, 0)
+    before = data()
+    with pytest.raises(RuntimeError, match="no visible mesh of this scene has a NIM Interface material"):
+        press("nim.light_paths")
+    assert data() == before
+    box = add_interface(-30, shapes.box((-1, -1, -1), (1, 1, 1)))
+    before = data()
+    with pytest.raises(RuntimeError, match="direction of the rays is zero"):
+        press("nim.light_paths", aim="DIRECTION", direction=(0, 0, 0))
+    with monkeypatch.context() as patch:
+        patch.setattr(light_paths, "trace", functools.partial(trace, most=50))
+        with pytest.raises(RuntimeError, match="pieces; take fewer rays or bounces, or a higher least energy"):
+            press("nim.light_paths")
+    camera, scene.camera = scene.camera, None
+    with pytest.raises(RuntimeError, match="no camera"):
+        press("nim.light_paths", source="CAMERA")
+    scene.camera = camera
+    assert data() == before and scene.nim_rays.source == "CURSOR"
+    press("nim.light_paths", aim="DIRECTION", direction=(-1, 0, 0))
+    assert "Warning: No ray met an interface" in capfd.readouterr().out
+    bpy.context.view_layer.objects.active = box
+    bpy.ops.object.mode_set(mode="EDIT")
+    with pytest.raises(RuntimeError, match="poll"):
+        press("nim.light_paths")
+    bpy.ops.object.mode_set(mode="OBJECT")
+
+
+def test_disabling_takes_the_settings_along(addon):
+    import addon_utils
+
+    assert hasattr(bpy.types.Scene, "nim_rays")
+    addon_utils.disable(addon)
+    assert not hasattr(bpy.types.Scene, "nim_rays")
+    addon_utils.enable(addon)
+
+
+@pytest.mark.parametrize("kind", [sphere, glass])
+def test_200_rays_of_8_bounces_take_less_than_2_seconds(addon, press, kind):
+    scene = kind.build(kind.SphereParameters() if kind is sphere else kind.GlassParameters(), "nodes")
+    bpy.context.window.scene = scene
+    scene.cursor.location = (-3, 0, 1.1) if kind is sphere else (-0.2, 0, 0.05)
+    started = time.perf_counter()
+    press("nim.light_paths", rays=200, bounces=8, arrangement="CONE")
+    bpy.context.view_layer.update()
+    took = time.perf_counter() - started
+    pieces = sum(len(drawn(kind, scene)[0]) for kind in Kind)
+    print(f"\n{scene.name}: 200 rays in {pieces} pieces, {1000 * took:.0f} ms")
+    assert pieces > 1000
+    assert took < 2
+
+
+def test_paths_are_seen_and_change_nothing_else(scene, press, render):
+    add_interface(-1.5, shapes.cube_sphere(8), smooth=True)
+    add_floor(-1.5)
+    scene.camera.matrix_world = Matrix.Translation((0, 0, 5))
+    scene.render.engine = "CYCLES"
+    scene.cycles.samples, scene.cycles.use_denoising, scene.cycles.use_adaptive_sampling = 8, False, False
+    scene.cycles.transparent_max_bounces = 64
+    scene.render.resolution_x = scene.render.resolution_y = 24
+    scene.cursor.location = (-3, 0, 0)
+    straight = {"rays": 1, "fit": False, "thickness": 0.15, "reach": 9.0, "width": 1.0, "roll": 0.0}
+
+    without = render(scene)
+    changed = {}
+    for through in (True, False):
+        press("nim.light_paths", through=through, **straight)
+        for thing in (thing for thing in scene.objects if thing.get(MARK)):
+            assert not (thing.visible_diffuse or thing.visible_glossy or thing.visible_volume_scatter)
+            assert not thing.visible_shadow and thing.visible_camera and thing.visible_transmission == through
+        changed[through] = np.abs(render(scene) - without).max(axis=-1)
+        # it is seen beside the ball, and nothing is lit or shaded by it
+        assert changed[through][11:13, :4].max() > 0.1
+        assert max(changed[through][:6].max(), changed[through][-6:].max()) < 1e-3
+    # in the middle of the ball only where that is wanted; else there is some noise, as a ray passes unseen surfaces
+    assert changed[True][11:13, 10:14].mean() > 0.3
+    assert changed[False][11:13, 10:14].mean() < 0.03

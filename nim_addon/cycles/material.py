@@ -15,6 +15,10 @@ GROUP_NAMES = MappingProxyType({"osl": "NIM Interface", "nodes": "NIM Interface 
 BACKENDS = ("auto", *GROUP_NAMES)
 # The custom property of our groups that holds their backend.
 MARK = "nim_interface"
+# The custom property that holds which form of sockets and optics a group was filled with; what has none is older.
+VERSION_MARK = "nim_version"
+# Raise it with every change to SOCKETS, native_nodes or nim_interface.osl: cycles.versions then mends older files.
+VERSION = 2
 
 
 class Socket(NamedTuple):
@@ -113,10 +117,11 @@ def resolve(backend, scene=None):
         raise RuntimeError(without_osl())
     if backend != "auto":
         return backend
-    return "osl" if osl_available() and (scene is None or _device_runs_osl(scene)) else "nodes"
+    return "osl" if osl_available() and (scene is None or device_runs_osl(scene)) else "nodes"
 
 
-def _device_runs_osl(scene):
+def device_runs_osl(scene):
+    """Whether the device that `scene` renders on can run OSL: of the GPUs only OptiX can."""
     if scene.cycles.device == "CPU":
         return True
     cycles = bpy.context.preferences.addons.get("cycles")
@@ -139,20 +144,35 @@ def interface_group(backend="auto"):
 
 def _new_group(backend):
     group = bpy.data.node_groups.new(GROUP_NAMES[backend], "ShaderNodeTree")
-    group[MARK] = backend
-    group.interface.new_socket("BSDF", in_out="OUTPUT", socket_type="NodeSocketShader")
-    for socket in SOCKETS:
-        item = group.interface.new_socket(socket.name, in_out="INPUT", socket_type=socket.type)
+    fill_group(group, backend)
+    return group
+
+
+def fill_group(group, backend):
+    """Give a node group, new or of an earlier version, the present sockets and optics.
+
+    Sockets that it has are kept, found by name, and with them what every material set or linked there.
+    """
+    group[MARK], group[VERSION_MARK] = backend, VERSION
+    kept = {(item.in_out, item.name): item for item in group.interface.items_tree if item.item_type == "SOCKET"}
+    if ("OUTPUT", "BSDF") not in kept:
+        group.interface.new_socket("BSDF", in_out="OUTPUT", socket_type="NodeSocketShader")
+    for place, socket in enumerate(SOCKETS, start=1):
+        item = kept.get(("INPUT", socket.name))
+        if item is None:
+            item = group.interface.new_socket(socket.name, in_out="INPUT", socket_type=socket.type)
         item.description = socket.description
         item.default_value = socket.default
         if socket.min is not None:
             item.min_value, item.max_value = socket.min, socket.max
         item.hide_value = socket.identifier == "shading_normal"
+        if item.index != place:
+            group.interface.move(item, place)
+    group.nodes.clear()
     if backend == "osl":
         script_node.fill(group, SOCKETS)
     else:
         native_nodes.fill(group, {socket.identifier: socket.name for socket in SOCKETS})
-    return group
 
 
 def interface_material(name, inside, outside=MEDIA["air"], *, backend="auto", tint=(1.0, 1.0, 1.0)):
@@ -166,27 +186,34 @@ def interface_material(name, inside, outside=MEDIA["air"], *, backend="auto", ti
     Returns a bpy.types.Material: it renders without this add-on, and its node "NIM Interface" holds the parameters.
     Raises ValueError for an unknown backend, RuntimeError for "osl" in a Blender without OSL.
     """
-    group = interface_group(backend)
+    interface_group(backend)  # raises, if it must, before there is a material
     material = bpy.data.materials.new(name)
     if material.node_tree is None:  # from 5.0 a new material comes with its tree
         material.use_nodes = True
     tree = material.node_tree
     tree.nodes.clear()
-    node = tree.nodes.new("ShaderNodeGroup")
-    node.node_tree = group
-    node.name = node.label = NODE_NAME
-    node.width = 220
+    node = interface_node(tree, inside, outside, backend=backend)
     output = tree.nodes.new("ShaderNodeOutputMaterial")
     output.location = (300, 0)
     tree.links.new(node.outputs["BSDF"], output.inputs["Surface"])
-    node.inputs["Index Inside"].default_value = inside.n
-    node.inputs["Permeability Inside"].default_value = inside.mu
-    node.inputs["Index Outside"].default_value = outside.n
-    node.inputs["Permeability Outside"].default_value = outside.mu
     node.inputs["Tint"].default_value = (*tint, 1.0)
     # how solid view shows it: NIMs warm, dielectrics cool
     material.diffuse_color = (0.9, 0.6, 0.35, 0.5) if inside.is_nim or outside.is_nim else (0.5, 0.7, 0.9, 0.5)
     return material
+
+
+def interface_node(tree, inside, outside=MEDIA["air"], *, backend="auto"):
+    """A new interface node between two media in a shader bpy.types.NodeTree, unlinked; raises as resolve() does."""
+    group = interface_group(backend)
+    node = tree.nodes.new("ShaderNodeGroup")
+    node.node_tree = group
+    node.name = node.label = NODE_NAME
+    node.width = 220
+    node.inputs["Index Inside"].default_value = inside.n
+    node.inputs["Permeability Inside"].default_value = inside.mu
+    node.inputs["Index Outside"].default_value = outside.n
+    node.inputs["Permeability Outside"].default_value = outside.mu
+    return node
 
 
 def interface_nodes(material):

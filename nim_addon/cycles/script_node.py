@@ -79,3 +79,13 @@ def update(tree):
         with _quiet_engine():
             script.script = text
         script.bytecode, script.bytecode_hash = _compile(source)
+
+
+def restore(tree, text, bytecode, bytecode_hash):
+    """Give the script node of the group `tree`, filled anew, what it had before; then as update() does."""
+    script = next(node for node in tree.nodes if node.type == "SCRIPT")
+    if text:
+        with _quiet_engine():
+            script.script = text
+        script.bytecode, script.bytecode_hash = bytecode, bytecode_hash
+    update(tree)

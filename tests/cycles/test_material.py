@@ -285,6 +285,26 @@ def test_a_sign_driven_by_a_texture_bends_both_ways(empty_file, render):
 # The optics
 
 
+@pytest.mark.parametrize("inside, outside", [(1.5, 1.0), (1.33, 1.5), (-1.5, -1.33)])
+def test_between_dielectrics_the_nodes_are_blenders_glass(inside, outside, empty_file, render):
+    """Pixel for pixel, and so at the same cost; a bent normal or a permeability of its own takes the other way."""
+    pictures = []
+    for glass in (False, True):
+        stage = Stage("glass", (48, 48), "nodes")
+        stage.mesh("Floor", *shapes.rectangle((-9, -9), (9, 9), -1.2), emission("Floor", lambda nodes: (0.9, 0.5, 0.1, 1)))
+        one = interface_material("Sphere", Medium(inside), Medium(outside), backend="nodes")
+        if glass:
+            nodes = surfaces.Nodes(one)
+            shader = nodes.add("ShaderNodeBsdfGlass", inputs={"Roughness": 0.0, "IOR": inside / outside})
+            nodes.add("ShaderNodeOutputMaterial", inputs={"Surface": shader.outputs[0]})
+        ball(stage, "Sphere", (0, 0, 0), 1.0, one)
+        stage.camera((0, -4, 1), (0, 0, 0), 40)
+        stage.world(surfaces.sky("Sky", (1.0, 0.9, 0.75), (0.25, 0.45, 0.9)))
+        pictures.append(render(small(stage.scene, 48, 16)))
+    assert pictures[0].std() > 0.1
+    assert np.abs(pictures[0] - pictures[1]).max() < 1e-6
+
+
 @both_backends
 @pytest.mark.parametrize("bump", [False, True], ids=["smooth", "bump"])
 @pytest.mark.parametrize("inside", [False, True], ids=["outside", "inside"])

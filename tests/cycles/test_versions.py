@@ -1,0 +1,245 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Files of earlier versions, and files that go from one Blender to the next: materials keep what they were given.
+
+tests/data/earlier_version.blend was saved by Blender 4.5 with the first two forms of the group, before it had a version:
+"First" and "Linked" use OSL with the first shader, "Nodes" uses the first layout of the nodes.
+"""
+
+import hashlib
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import bpy
+import pytest
+
+from nim_addon.cycles import material, script_node, versions
+from nim_addon.cycles.material import interface_material, interface_nodes
+from nim_addon.physics import Medium
+from nim_addon.scenes.sphere import ball
+from nim_addon.scenes.stage import Stage
+
+ROOT = Path(__file__).parents[2]
+# What each backend's group held when VERSION was last raised.
+FINGERPRINTS = {"osl": "66c58f71c1642c50", "nodes": "8de0b5c345a13ede"}
+
+
+@pytest.fixture
+def compiled(monkeypatch):
+    """The list of shader sources compiled so far."""
+    sources = []
+    compiler = script_node._compile
+    monkeypatch.setattr(script_node, "_compile", lambda source: sources.append(source) or compiler(source))
+    return sources
+
+
+@pytest.fixture
+def earlier(data, empty_file):
+    """The materials of the stored file, as they were saved, in an empty one."""
+    with bpy.data.libraries.load(str(data / "earlier_version.blend")) as (stored, wanted):
+        wanted.materials = stored.materials
+    return {one.name: one for one in wanted.materials}
+
+
+def values(node):
+    """What a person set on an interface node, by socket."""
+    return {s.name: s.default_value if s.type == "VALUE" else tuple(s.default_value) for s in node.inputs}
+
+
+def links(one):
+    return {(link.from_node.name, link.from_socket.name, link.to_socket.name) for link in one.node_tree.links}
+
+
+def fingerprint(group):
+    """A hash of all that decides what a group renders; where its nodes lie and what they are called does not."""
+    names = {node.name: index for index, node in enumerate(group.nodes)}
+
+    def value(socket):
+        held = getattr(socket, "default_value", None)
+        return [f"{x:.6g}" for x in held] if hasattr(held, "__len__") else None if held is None else f"{held:.6g}"
+
+    facts = [
+        [[s.identifier, s.name, s.type, str(s.default), s.min, s.max] for s in material.SOCKETS],
+        [
+            [node.bl_idname, getattr(node, "operation", ""), getattr(node, "data_type", ""),
+             getattr(node, "distribution", ""), [value(socket) for socket in node.inputs if not socket.is_linked]]
+            for node in group.nodes
+            if node.bl_idname not in ("NodeFrame", "NodeReroute")
+        ],
+        sorted(
+            [names[link.from_node.name], link.from_socket.identifier, names[link.to_node.name],
+             link.to_socket.identifier]
+            for link in group.links
+        ),
+    ]  # fmt: skip
+    if group[material.MARK] == "osl":
+        facts = [facts[0], script_node.shader_source()]
+    return hashlib.sha256(json.dumps(facts).encode()).hexdigest()[:16]
+
+
+@pytest.mark.parametrize("backend", ["osl", "nodes"])
+def test_a_changed_group_has_a_new_version(empty_file, backend):
+    group = material.interface_group(backend)
+    assert group[material.VERSION_MARK] == material.VERSION
+    assert fingerprint(group) == FINGERPRINTS[backend], (
+        "the group is not what it was: raise VERSION in cycles/material.py, so that older files are brought up to "
+        "date, run build.py scenes, and put the new fingerprint here"
+    )
+
+
+def test_an_earlier_file_is_brought_up_to_date(earlier, compiled):
+    before = {name: (values(interface_nodes(one)[0]), links(one)) for name, one in earlier.items()}
+    assert before["Nodes"][0]["Index Inside"] == pytest.approx(-4.1)
+    assert ("Bump", "Normal", "Normal") in before["Linked"][1]
+    done = versions.update()
+    assert sorted(done.updated) == ["NIM Interface", "NIM Interface (nodes)"]
+    assert not done.left_alone
+    assert {name: (values(interface_nodes(one)[0]), links(one)) for name, one in earlier.items()} == before
+    for backend in ("osl", "nodes"):
+        group = next(g for g in bpy.data.node_groups if g.get(material.MARK) == backend)
+        fresh = material._new_group(backend)
+        assert [n.bl_idname for n in group.nodes] == [n.bl_idname for n in fresh.nodes]
+        assert len(group.links) == len(fresh.links)
+        assert [i.name for i in group.interface.items_tree] == [i.name for i in fresh.interface.items_tree]
+    assert compiled == [script_node.shader_source()]
+    assert not versions.outdated()
+    assert versions.update() == ([], [])
+    assert len(compiled) == 1
+    # the values that are keyed are the material's own, and move as before
+    mesh = bpy.data.meshes.new("Keyed")
+    mesh.materials.append(earlier["Linked"])
+    bpy.context.scene.collection.objects.link(bpy.data.objects.new("Keyed", mesh))
+    bpy.context.scene.frame_set(6)
+    assert interface_nodes(earlier["Linked"])[0].inputs["Permeability Inside"].default_value == pytest.approx(-4)
+    # and what is made from now on uses the same group
+    assert material.interface_group("osl") == interface_nodes(earlier["First"])[0].node_tree
+
+
+def test_what_is_brought_up_to_date_renders_the_same(earlier, render):
+    stage = Stage("versions", (32, 32), "osl")
+    thing = ball(stage, "Sphere", (0, 0, 0), 1.0, earlier["First"])
+    stage.camera((0, -4, 0), (0, 0, 0), 35)
+    world = bpy.data.worlds.new("World")
+    if world.node_tree is None:
+        world.use_nodes = True
+    world.node_tree.nodes["Background"].inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
+    stage.world(world)
+    stage.scene.cycles.samples = 4
+    versions.update()
+    for name in ("First", "Nodes"):
+        thing.data.materials[0] = earlier[name]
+        stage.scene.cycles.shading_system = name == "First"
+        if name == "First":  # its tint shows in a white furnace
+            assert render(stage.scene)[16, 16].tolist() == pytest.approx([1.0, 0.4, 0.1], abs=0.25)
+        else:
+            assert render(stage.scene).mean() == pytest.approx(1.0, abs=2e-3)
+
+
+@pytest.mark.parametrize("backend", ["osl", "nodes"])
+def test_a_socket_that_is_new_comes_where_it_belongs(empty_file, backend, compiled):
+    one = interface_material("Sphere", Medium(-1.5, -2.0), Medium(1.33), backend=backend)
+    node = interface_nodes(one)[0]
+    group = node.node_tree
+    tree = group.interface.items_tree
+    group.interface.remove(next(i for i in tree if i.name == "Permeability Outside"))
+    group.interface.move(next(i for i in tree if i.name == "Normal"), 1)
+    del group[material.VERSION_MARK]
+    known, before = values(node), len(compiled)
+    assert "Permeability Outside" not in known
+    versions.update()
+    now = values(node)
+    assert [socket.name for socket in node.inputs] == [socket.name for socket in material.SOCKETS]
+    assert now.pop("Permeability Outside") == 1.0
+    assert now == known
+    assert len(compiled) == before, "the shader is the same"
+
+
+def test_a_linked_group_is_left_alone_with_a_reason(data, empty_file, one_sentence):
+    with bpy.data.libraries.load(str(data / "earlier_version.blend"), link=True) as (stored, wanted):
+        wanted.materials = ["Nodes"]
+    done = versions.update()
+    assert not done.updated
+    one_sentence(done.left_alone[0], "NIM Interface (nodes)", "earlier_version.blend")
+    # but linking one does not keep an own one from being made
+    assert material.interface_group("nodes").library is None
+
+
+def test_a_group_of_a_later_version_is_left_alone(empty_file, one_sentence):
+    group = material.interface_group("nodes")
+    group[material.VERSION_MARK] = material.VERSION + 1
+    done = versions.update()
+    assert not done.updated
+    one_sentence(done.left_alone[0], "later version")
+
+
+def test_without_osl_an_earlier_shader_is_left_for_a_blender_that_has_it(earlier, monkeypatch, one_sentence):
+    monkeypatch.setattr(material, "osl_available", lambda: False)
+    done = versions.update()
+    assert done.updated == ["NIM Interface (nodes)"]
+    one_sentence(done.left_alone[0], "OSL")
+    assert len(interface_nodes(earlier["First"])[0].node_tree.nodes) == 3
+
+
+# ------------------------------------------------------------------------------------------------ other Blenders
+
+SAVED_IN_ONE = """
+import sys, bpy, addon_utils
+addon_utils.enable("nim_addon", default_set=True)
+from nim_addon.cycles.material import interface_material
+from nim_addon.physics import Medium
+for backend in ("osl", "nodes"):
+    one = interface_material(backend, Medium(-1.33, -10.0), Medium(1.5), backend=backend, tint=(1.0, 0.5, 0.25))
+    one.use_fake_user = True
+    node = one.node_tree.nodes["NIM Interface"]
+    node.inputs["Permeability Outside"].default_value = 2.0
+    node.inputs["Permeability Outside"].keyframe_insert("default_value", frame=1)
+    value = one.node_tree.nodes.new("ShaderNodeValue")
+    value.outputs[0].default_value = -2.418
+    one.node_tree.links.new(value.outputs[0], node.inputs["Index Inside"])
+bpy.ops.wm.save_as_mainfile(filepath=sys.argv[1])
+"""
+
+OPENED_IN_ANOTHER = """
+import sys, bpy, addon_utils
+addon_utils.enable("nim_addon", default_set=True)
+from nim_addon.cycles import script_node, versions
+def compile(source):
+    raise AssertionError("compiled on load")
+script_node._compile = compile
+bpy.ops.wm.open_mainfile(filepath=sys.argv[1])
+assert not versions.outdated()
+for backend in ("osl", "nodes"):
+    node = bpy.data.materials[backend].node_tree.nodes["NIM Interface"]
+    held = {s.name: s.default_value for s in node.inputs}
+    assert node.node_tree["nim_interface"] == backend
+    assert abs(held["Index Inside"] + 1.33) < 1e-6 and held["Permeability Inside"] == -10, held
+    assert held["Index Outside"] == 1.5 and held["Permeability Outside"] == 2, held
+    assert list(held["Tint"]) == [1.0, 0.5, 0.25, 1.0], held
+    assert node.inputs["Index Inside"].links[0].from_node.outputs[0].default_value < -2.4
+    assert bpy.data.materials[backend].node_tree.animation_data.action
+    group = node.node_tree
+    assert len(group.links) > 6 and all(link.is_valid for link in group.links)
+bpy.ops.wm.save_as_mainfile(filepath=sys.argv[1])
+print("survived", bpy.app.version_string)
+"""
+
+
+def run(python, script, path):
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "BLENDER_USER_RESOURCES": str(path.parent)}
+    done = subprocess.run(
+        [str(python), "-c", script, str(path)], capture_output=True, text=True, env=environment, timeout=120
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.mark.parametrize("version", ["5.0", "5.2"])
+def test_a_file_goes_on_to_a_later_blender(version, tmp_path):
+    other = ROOT / f".venv-{version}" / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+    if not other.exists() or bpy.app.version_string >= version:
+        pytest.skip(f"no environment of Blender {version}, or this is it: python3 build.py setup --blender {version}")
+    path = tmp_path / "saved.blend"
+    run(sys.executable, SAVED_IN_ONE, path)
+    assert "survived" in run(other, OPENED_IN_ANOTHER, path)

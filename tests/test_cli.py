@@ -17,6 +17,7 @@ import pytest
 from nim_addon import cli
 from nim_addon.cycles import material
 from nim_addon.physics import Interface, Medium
+from nim_addon.scenes import scene_type
 
 ROOT = Path(__file__).parents[1]
 SMALL = ("--size", "32x24", "--samples", "4")
@@ -62,7 +63,8 @@ def test_render_info_again(tmp_path):
     assert json.loads(nimray("info", second, "--json").stdout) == info
 
 
-def test_ctrl_c_stops_at_once_and_leaves_nothing(tmp_path):
+@pytest.mark.parametrize("how", (signal.SIGINT, signal.SIGTERM))
+def test_ctrl_c_or_a_kill_stops_at_once_and_leaves_nothing(how, tmp_path):
     run = subprocess.Popen(
         [sys.executable, "-m", "nim_addon", "render", "sphere", "--samples", "100000", "--out", str(tmp_path)],
         env={**os.environ, "PYTHONPATH": str(ROOT)},
@@ -74,11 +76,11 @@ def test_ctrl_c_stops_at_once_and_leaves_nothing(tmp_path):
     while not list(tmp_path.glob(".sphere.*.part")) and time.monotonic() < deadline:
         time.sleep(0.1)
     time.sleep(1.5)
-    run.send_signal(signal.SIGINT)
+    run.send_signal(how)
     out, err = run.communicate(timeout=20)
-    assert run.returncode == 130
+    assert run.returncode == 128 + how
     assert out == ""
-    assert err.strip() == "Stopped; nothing was written."
+    assert err.strip() == "Stopped; no half file is left."
     assert not list(tmp_path.iterdir())
 
 
@@ -103,6 +105,17 @@ REFUSED = [
     ("render sphere --size big", "write it like 800x600"),
     ("render sphere --seed x", "not a whole number"),
     ("render sphere --name a/b", "cannot name a file"),
+    ("render sphere --size 0%", "--size 0 is out of range"),
+    ("render sphere --size half%", "not a whole number"),
+    ("render sphere --quiet --progress", "not allowed with"),
+    ("compare", "required"),
+    ("compare spere", "did you mean sphere?"),
+    ("compare glass --vary liquid", "write KEY=A,B,C"),
+    ("compare glass --vary liquid=nim", "at least two values"),
+    ("compare glass --vary liquid=water,watr", "liquid=watr: there is no medium 'watr'"),
+    ("compare glass --vary liquid=water,water", "the same value twice"),
+    ("compare pool --set mu=-10", "liquid=none: mu = -10 needs a liquid"),
+    ("compare sphere --vary n=1,-1.33,mu=3", "n=-1.33 mu=3: mu = 3 does not go with"),
     ("render --again nothing.exr", "there is no file"),
     ("render sphere --again x.exr", "without SCENE"),
     ("fresnel --inside glas", "did you mean glass?"),
@@ -126,6 +139,25 @@ def test_bad_input_gets_one_sentence_and_exit_code_2(line, says, capsys, tmp_pat
     assert printed.err.startswith("nimray: ")
     assert printed.err.count("\n") == 1
     assert not list(tmp_path.iterdir())
+
+
+def test_commas_part_the_values_that_are_compared_but_for_the_one_before_mu():
+    varied = [
+        cli._varied(scene_type(name), words)
+        for name, words in (
+            ("glass", ["liquid=none,n=-1.33,mu=-10,nim", "view=top"]),
+            ("sphere", ["n=1,-1.33,mu=-10"]),
+        )
+    ]
+    assert varied == [
+        [["liquid=none"], ["liquid=n=-1.33,mu=-10"], ["liquid=nim"], ["view=top"]],
+        [["n=1"], ["n=-1.33", "mu=-10"]],
+    ]
+
+
+def test_size_may_be_a_part_of_the_scenes_own():
+    assert cli._size("25%")((720, 480)) == (180, 120)
+    assert cli._size("64x48")((720, 480)) == (64, 48)
 
 
 def test_an_unwritable_folder_fails_with_exit_code_1(capsys, tmp_path):

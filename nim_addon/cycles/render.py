@@ -35,20 +35,22 @@ def quiet(descriptor=1):
 
 @contextlib.contextmanager
 def _interruptible(clean_up):
-    """Let Ctrl-C end the process at once: while Cycles renders, Python's own handler would wait for the last sample."""
+    """Let Ctrl-C or a kill end the process at once: while Cycles renders, Python's own handler would wait for its end."""
     if threading.current_thread() is not threading.main_thread() or not bpy.app.background:
         yield
         return
     ours, theirs = socket.socketpair()
     theirs.setblocking(False)
-    handler = signal.signal(signal.SIGINT, lambda *_: None)
+    handlers = {number: signal.signal(number, lambda *_: None) for number in (signal.SIGINT, signal.SIGTERM)}
     wakeup = signal.set_wakeup_fd(theirs.fileno(), warn_on_full_buffer=False)
 
     def watch():
-        if ours.recv(1):
-            clean_up()
-            os.write(2, b"\nStopped; nothing was written.\n")
-            os._exit(130)
+        for number in iter(lambda: ours.recv(1), b""):
+            if number[0] in handlers:
+                clean_up()
+                with contextlib.suppress(OSError):  # nobody listens any more
+                    os.write(2, b"\nStopped; no half file is left.\n")
+                os._exit(128 + number[0])
 
     watcher = threading.Thread(target=watch, daemon=True)
     watcher.start()
@@ -56,8 +58,9 @@ def _interruptible(clean_up):
         yield
     finally:
         signal.set_wakeup_fd(wakeup)
-        # None: a handler of Blender's own, in C, which Python cannot put back
-        signal.signal(signal.SIGINT, signal.SIG_DFL if handler is None else handler)
+        for number, handler in handlers.items():
+            # None: a handler of Blender's own, in C, which Python cannot put back
+            signal.signal(number, signal.SIG_DFL if handler is None else handler)
         theirs.close()  # the watcher reads the end of the stream and ends
         watcher.join()
         ours.close()
@@ -100,6 +103,9 @@ def writable_folder(folder):
 def render(scene, folder, name, *, metadata=None, progress=None, blend=False):
     """Render a bpy.types.Scene as it is set up and write NAME.exr (linear, 32-bit) and NAME.png (as displayed).
 
+    Where the scene is denoised and its first view layer stores the denoising passes, the EXR keeps the noise.
+
+
     folder:   where to; made if missing
     metadata: JSON-ready dict that both images carry, for read_metadata()
     progress: called with (samples done, samples in all, seconds left or None)
@@ -107,22 +113,47 @@ def render(scene, folder, name, *, metadata=None, progress=None, blend=False):
     Returns the paths (exr, png). They appear whole or not at all. Raises OSError if the folder cannot be written,
     RuntimeError if Blender did not render.
     """
+    with files_to(folder, name) as (part, finish):
+        shown, linear = part / "shown.png", part / "linear.exr"
+        _render(scene, linear, shown, progress)
+        if blend:
+            with quiet():
+                bpy.ops.wm.save_as_mainfile(filepath=str(part / "scene.blend"), compress=True, copy=True)
+        ready = []
+        for source in (linear, shown):
+            ready.append(part / f"ready{source.suffix}")
+            write_with_metadata(image_of(source), ready[-1], metadata or {})
+        return finish(*ready, *([part / "scene.blend"] if blend else []))[:2]
+
+
+@contextlib.contextmanager
+def files_to(folder, name):
+    """Files that appear in `folder` whole or not at all.
+
+    Yields a folder to write parts into, which goes at the end, and finish(*files): gives the name NAME.suffix in
+    `folder` to each of those files, and returns their paths.
+    """
     folder = writable_folder(folder)
     # beside the result, so that the last step is a rename
     part = Path(tempfile.mkdtemp(prefix=f".{name}.", suffix=".part", dir=folder))
+
+    def finish(*files):
+        targets = [folder / f"{name}{file.suffix}" for file in files]
+        for file, target in zip(files, targets, strict=True):
+            os.replace(file, target)
+        return targets
+
     with _interruptible(lambda: shutil.rmtree(part, ignore_errors=True)):
         try:
-            return _render(scene, folder, name, part, metadata or {}, progress, blend)
+            yield part, finish
         finally:
             shutil.rmtree(part, ignore_errors=True)
 
 
-def _render(scene, folder, name, part, metadata, progress, blend):
+def _render(scene, linear, shown, progress):
     image = scene.render.image_settings
-    linear, shown = part / "linear.exr", part / "shown.png"
     with quiet() as chatter, _reporting(progress):
-        if hasattr(image, "media_type"):  # from 5.0
-            image.media_type = "IMAGE"
+        _media(image, "IMAGE")
         image.file_format, image.color_mode, image.color_depth = "PNG", "RGB", "8"
         # the operator's result stays in memory; both files are made from it
         state = bpy.ops.render.render(scene=scene.name)
@@ -131,28 +162,46 @@ def _render(scene, folder, name, part, metadata, progress, blend):
             result.save_render(str(shown), scene=scene)
             image.file_format, image.color_mode, image.color_depth = "OPEN_EXR", "RGB", "32"
             result.save_render(str(linear), scene=scene)
+            if scene.cycles.use_denoising and scene.view_layers[0].cycles.denoising_store_passes:
+                _keep_noise(scene, result, linear)
             image.file_format = "PNG"
         if not (linear.is_file() and shown.is_file()):
             lines = [line for line in chatter().splitlines() if line.strip() and not line.startswith("Fra:")]
             raise RuntimeError(f"Blender did not render: {' '.join(lines[-2:]) or 'it gave no reason'}")
-        if blend:
-            bpy.ops.wm.save_as_mainfile(filepath=str(part / "scene.blend"), compress=True, copy=True)
-    targets = []
-    for source, suffix in ((linear, "exr"), (shown, "png")):
-        ready = part / f"ready.{suffix}"
-        _with_metadata(source, ready, metadata)
-        targets.append((ready, folder / f"{name}.{suffix}"))
-    if blend:
-        targets.append((part / "scene.blend", folder / f"{name}.blend"))
-    for ready, target in targets:
-        os.replace(ready, target)
-    return targets[0][1], targets[1][1]
 
 
-def _with_metadata(source, target, metadata):
+def _media(image, kind):
+    if hasattr(image, "media_type"):  # from 5.0
+        image.media_type = kind
+
+
+def _keep_noise(scene, result, linear):
+    """Write the pass that Cycles had before it denoised over the file `linear`."""
     import OpenImageIO as oiio
 
-    image = oiio.ImageBuf(str(source))
+    image = scene.render.image_settings
+    layers = linear.with_name("layers.exr")
+    _media(image, "MULTI_LAYER_IMAGE")
+    image.file_format, image.color_depth = "OPEN_EXR_MULTILAYER", "32"
+    if hasattr(image, "use_exr_interleave"):  # from 5.0, else the passes are parts of the file of their own
+        image.use_exr_interleave = True
+    result.save_render(str(layers), scene=scene)
+    _media(image, "IMAGE")
+    noisy = tuple(f"{scene.view_layers[0].name}.Noisy Image.{channel}" for channel in "RGB")
+    picture = oiio.ImageBufAlgo.channels(image_of(layers), noisy, newchannelnames=tuple("RGB"))
+    if picture.has_error or not picture.write(str(linear)):
+        raise RuntimeError(f"Blender kept no image without denoising: {picture.geterror()}")
+
+
+def image_of(path):
+    """The OpenImageIO.ImageBuf of a file."""
+    import OpenImageIO as oiio
+
+    return oiio.ImageBuf(str(path))
+
+
+def write_with_metadata(image, target, metadata):
+    """Write an OpenImageIO.ImageBuf to the Path `target`, with the dict that read_metadata() gives back."""
     image.specmod().attribute(ATTRIBUTE, json.dumps(metadata))
     image.specmod().attribute("Software", f"nimray {metadata.get('nimray', '')}, Blender {bpy.app.version_string}")
     if not image.write(str(target)):

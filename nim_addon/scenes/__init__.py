@@ -11,12 +11,18 @@ from .parameters import Parameters, unknown
 
 
 class SceneType(NamedTuple):
-    """A scene: its name, one line on what it shows, the dataclass of its parameters, `build(parameters)`."""
+    """A scene: its name, one line on what it shows, the dataclass of its parameters, `build(parameters, backend)`.
+
+    `pose(parameters)` is where its camera stands; `compared` are the values, as `nimray compare --vary` takes them, that
+    show it empty, with water and with a NIM.
+    """
 
     name: str
     shows: str
     parameters: type[Parameters]
     build: callable
+    pose: callable
+    compared: str
 
 
 SCENES = MappingProxyType(
@@ -28,18 +34,24 @@ SCENES = MappingProxyType(
                 "a straw in a glass on a table, filled with water, a NIM or nothing (thesis 5.1, 5.2, 5.5)",
                 glass.GlassParameters,
                 glass.build,
+                glass.pose,
+                "liquid=none,water,nim",
             ),
             SceneType(
                 "pool",
                 "a tiled swimming pool, from outside or from under the surface (thesis 5.3, 5.7, 5.9, 5.10)",
                 pool.PoolParameters,
                 pool.build,
+                pool.pose,
+                "liquid=none,water,nim",
             ),
             SceneType(
                 "sphere",
                 "a transparent sphere on a patterned ground (thesis 5.4, 5.6)",
                 sphere.SphereParameters,
                 sphere.build,
+                sphere.pose,
+                "n=1,1.33,-1.33",
             ),
         )
     }

@@ -14,7 +14,7 @@ from ..cycles.material import interface_material
 from ..physics import MEDIA, Medium
 from . import shapes, surfaces
 from .parameters import Parameters, choice, liquid, mesh_file, switch
-from .stage import Stage
+from .stage import Pose, Stage
 
 # Lengths in metres. The glass is a tumbler: walls of 2.5 mm, a rounded rim, a base of 10 mm with rounded edges.
 RADIUS, HEIGHT, WALL, BASE = 0.040, 0.130, 0.0025, 0.010
@@ -71,16 +71,18 @@ def build(parameters, backend="auto"):
         ),
         aim=256,
     )
-    if parameters.view == "side":
-        # above the level by 11 degrees: enough to see into the liquid through the wall and, in a NIM, up to its surface
-        aim, angle = (0.084, 17) if statue is None else (0.074, 18.5)
-        camera = stage.camera((0, -0.80, 0.240), (0, 0, aim), angle)
-    else:
-        camera = stage.camera((0, -0.20, 0.60), (0, -0.004, 0.05), 18)
-    # the angle counts across the height, so that a wide picture cuts off neither straw nor table
-    angle, camera.data.sensor_fit = camera.data.angle, "VERTICAL"
-    camera.data.angle = angle
+    stage.camera(*pose(parameters))
     return stage.scene
+
+
+def pose(parameters):
+    """The Pose of the camera for GlassParameters."""
+    # the angle counts across the height, so that a wide picture cuts off neither straw nor table
+    if parameters.view == "top":
+        return Pose((0, -0.20, 0.60), (0, -0.004, 0.05), 18, "VERTICAL")
+    # above the level by 11 degrees: enough to see into the liquid through the wall and, in a NIM, up to its surface
+    aim, angle = (0.084, 17) if parameters.figures == "none" else (0.074, 18.5)
+    return Pose((0, -0.80, 0.240), (0, 0, aim), angle, "VERTICAL")
 
 
 def glass_profile():

@@ -6,7 +6,7 @@ import difflib
 import math
 from pathlib import Path
 
-from ..physics import Medium
+from ..physics import MEDIA, Medium
 
 
 def number(default, description, low, high, unit=""):
@@ -30,7 +30,7 @@ def switch(default, description):
 
 
 def choice(default, description, choices):
-    """A field that holds one of `choices`, a tuple of words."""
+    """A field that holds one of `choices`, a tuple of words; new ones come last, as Blender files hold their number."""
     return dataclasses.field(
         default=default, metadata={"kind": "choice", "description": description, "choices": tuple(choices)}
     )
@@ -77,6 +77,37 @@ class Parameters:
         """A dict of JSON-ready values that `cls(**values)` takes back."""
         values = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
         return {key: str(value) if isinstance(value, Medium) else value for key, value in values.items()}
+
+    def assignments(self):
+        """The fewest texts "key=value" that read() makes these parameters of; a list."""
+        names = [field.name for field in dataclasses.fields(self)]
+        texts = {name: f"{name}={_written(getattr(self, name))}" for name in names}
+        for key in list(texts):
+            others = [text for other, text in texts.items() if other != key]
+            try:
+                if type(self).read(others) == self:
+                    del texts[key]
+            except ValueError:  # this one needs its key
+                pass
+        return list(texts.values())
+
+
+def file_name(scene, assignments):
+    """The name, without suffix, of the files that a scene's render with these texts "key=value" goes to."""
+    settings = []
+    for text in assignments:
+        key, _, value = text.partition("=")
+        # a file's path is no part of a file's name
+        settings.append(f"{key.strip()}-{Path(value.strip()).stem if '/' in value else value.strip()}")
+    return "_".join([scene, *settings]).replace(",", "_").replace("=", "").replace(" ", "")
+
+
+def _written(value):
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, Medium):
+        return next((name for name, medium in MEDIA.items() if medium == value), str(value))
+    return "none" if value is None else str(value).removesuffix(".0")
 
 
 def unknown(kind, word, known):

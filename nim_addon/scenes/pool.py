@@ -10,7 +10,7 @@ from ..cycles.material import interface_material
 from ..physics import Medium
 from . import shapes, surfaces
 from .parameters import Parameters, choice, integer, liquid, number
-from .stage import Stage
+from .stage import Pose, Stage
 
 # The basin, in metres: half its length and width, its floor, and the liquid's level at rest; the deck is at z = 0.
 HALF = (4.0, 2.25)
@@ -70,7 +70,7 @@ def build(parameters, backend="auto"):
     else:
         stage.world(surfaces.overcast("Overcast", (1.0, 1.02, 1.05)))
         stage.scene.view_settings.exposure = 0.6
-    _camera(stage, parameters.view)
+    stage.camera(*pose(parameters))
     return stage.scene
 
 
@@ -109,18 +109,16 @@ def sunny(width):
     return surfaces.sky("Sunny", (0.48, 0.70, 1.00), (0.10, 0.28, 0.80), glow=glow)
 
 
-def _camera(stage, view):
-    if view == "side":
-        stage.camera((-1.2, -7.4, 2.6), (-0.1, 0.0, 1.3), 66)
-    elif view == "top":
+def pose(parameters):
+    """The Pose of the camera for PoolParameters."""
+    return {
+        "side": Pose((-1.2, -7.4, 2.6), (-0.1, 0.0, 1.3), 66),
         # a little off the vertical, so that y points up in the picture
-        stage.camera((0, -0.01, 7.0), (0, 0, 0), 70)
-    else:
+        "top": Pose((0, -0.01, 7.0), (0, 0, 0), 70),
         # The whole window is 97.5 degrees wide: it has to fit the lower side of the picture too. Leaning towards the
         # far side, the picture's bottom, leaves x pointing right.
-        camera = stage.camera((0, 0.35, FLOOR + 0.3), (0, 0.40, 0), 90).data
-        camera.sensor_fit = "VERTICAL"
-        camera.angle = math.radians(108)
+        "window": Pose((0, 0.35, FLOOR + 0.3), (0, 0.40, 0), 108, "VERTICAL"),
+    }[parameters.view]
 
 
 def _xyz(nodes):

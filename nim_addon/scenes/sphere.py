@@ -2,12 +2,37 @@
 """A transparent sphere on a patterned ground, under a sky with a horizon (thesis figures 5.4 and 5.6)."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from ..cycles.material import interface_material
 from ..physics import Medium
 from . import shapes, surfaces
 from .parameters import Parameters, number, switch
-from .stage import Stage
+from .stage import Pose, Stage
+
+
+# Lengths in metres, colours linear RGB. The sphere rests on the ground, with a gap as wide as nothing: 1 mm keeps the
+# two surfaces from touching.
+CENTER, RADIUS = (0.0, 0.0, 1.001), 1.0
+# No joint of the pattern runs under the sphere's middle: it would show as a seam in the sky that it mirrors.
+LIGHT, DARK, TILE, JOINT, GROUND = (0.78, 0.70, 0.56), (0.11, 0.09, 0.075), 0.8, (0.3, 0.2), 200.0
+HORIZON, ZENITH = (0.62, 0.80, 1.0), (0.03, 0.14, 0.55)
+GLOW = ((-0.56, -0.36, 0.75), (62.0, 54.0, 42.0), 8.0)
+
+
+class Ball(NamedTuple):
+    """An opaque sphere beside the transparent one."""
+
+    name: str
+    center: tuple
+    radius: float
+    color: tuple
+
+
+COMPANIONS = (
+    Ball("Red", (0.55, 2.6, 0.6), 0.6, (0.75, 0.03, 0.02)),
+    Ball("Blue", (-0.82, -1.9, 0.35), 0.35, (0.02, 0.08, 0.7)),
+)
 
 
 @dataclass(frozen=True)
@@ -34,37 +59,52 @@ def build(parameters, backend="auto"):
     stage = Stage("sphere", (800, 600), backend)
     stage.mesh(
         "Ground",
-        *shapes.rectangle((-200, -200), (200, 200)),
-        # no joint of the pattern runs under the sphere's middle: it would show as a seam in the sky that it mirrors
-        surfaces.checker("Ground", (0.78, 0.70, 0.56), (0.11, 0.09, 0.075), 0.8),
-        location=(0.3, 0.2, 0),
+        *shapes.rectangle((-GROUND, -GROUND), (GROUND, GROUND)),
+        surfaces.checker("Ground", LIGHT, DARK, TILE),
+        location=(*JOINT, 0),
     )
-    # Resting on the ground, with a gap as wide as nothing: 1 mm keeps the two surfaces from touching.
-    ball(stage, "Sphere", (0, 0, 1.001), 1.0, interface_material("Sphere", parameters.medium, backend=stage.backend))
-    if parameters.companions:
-        ball(stage, "Red", (0.55, 2.6, 0.6), 0.6, surfaces.plain("Red", (0.75, 0.03, 0.02)))
-        ball(stage, "Blue", (-0.82, -1.9, 0.35), 0.35, surfaces.plain("Blue", (0.02, 0.08, 0.7)))
-    stage.world(
-        surfaces.sky(
-            "Sky",
-            (0.62, 0.80, 1.0),
-            (0.03, 0.14, 0.55),
-            glow=((-0.56, -0.36, 0.75), (62.0, 54.0, 42.0), 8.0),
-        ),
-        aim=256,
-    )
-    stage.camera((0, -7.0, 1.9), (0, 0, 0.95), 34)
+    ball(stage, "Sphere", CENTER, RADIUS, interface_material("Sphere", parameters.medium, backend=stage.backend))
+    for one in COMPANIONS if parameters.companions else ():
+        ball(stage, one.name, one.center, one.radius, surfaces.plain(one.name, one.color))
+    stage.world(surfaces.sky("Sky", HORIZON, ZENITH, glow=GLOW), aim=256)
+    stage.camera(*pose(parameters))
     return stage.scene
+
+
+def pose(parameters):
+    """The Pose of the camera, the same for all SphereParameters."""
+    return Pose((0, -7.0, 1.9), (0, 0, 0.95), 34)
+
+
+def unlit(scene):
+    """Let every diffuse surface of a bpy.types.Scene shine with its own colour instead: what a ray meets is then known."""
+    for material in {slot.material for thing in scene.objects for slot in thing.material_slots}:
+        tree = material.node_tree
+        for node in [node for node in tree.nodes if node.type == "BSDF_DIFFUSE"]:
+            shining = tree.nodes.new("ShaderNodeEmission")
+            shining.location = node.location
+            shining.inputs["Color"].default_value = node.inputs["Color"].default_value
+            for link in node.inputs["Color"].links:
+                tree.links.new(link.from_socket, shining.inputs["Color"])
+            for link in list(node.outputs[0].links):
+                tree.links.new(shining.outputs[0], link.to_socket)
+            tree.nodes.remove(node)
+            material.cycles.emission_sampling = "NONE"  # nothing is left that it could light
 
 
 def ball(stage, name, center, radius, material):
     """A sphere that is round to 1e-5 of its radius: a few quads that Blender divides and casts onto the sphere."""
     vertices, faces = shapes.cube_sphere(8)
     thing = stage.mesh(name, vertices * radius, faces, material, smooth=True, location=center)
+    make_round(thing, radius)
+    return thing
+
+
+def make_round(thing, radius):
+    """Let Blender divide the quads of a cube_sphere() object and cast them onto the sphere of that radius."""
     divide = thing.modifiers.new("Divide", "SUBSURF")
     divide.subdivision_type = "SIMPLE"
     divide.levels, divide.render_levels = 2, 4
     cast = thing.modifiers.new("Round", "CAST")
     cast.cast_type, cast.factor, cast.use_radius_as_size = "SPHERE", 1.0, False
     cast.size = radius
-    return thing

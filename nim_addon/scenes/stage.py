@@ -2,6 +2,7 @@
 """The stage a scene is put on: a Blender scene and a collection of its own; nothing of the user's is touched."""
 
 import math
+from typing import NamedTuple
 
 import bpy
 import mathutils
@@ -13,6 +14,15 @@ from ..cycles.material import resolve
 # Marks what belongs to a stage.
 OWNER = "nim_scene"
 SAMPLES = 128
+
+
+class Pose(NamedTuple):
+    """Where a camera stands and looks, z up: `field_of_view` in degrees across the side that `fit`, a sensor_fit, names."""
+
+    eye: tuple
+    target: tuple
+    field_of_view: float
+    fit: str = "AUTO"
 
 
 class Stage:
@@ -27,7 +37,7 @@ class Stage:
         self.backend = resolve(backend)
         title = f"NIM {name}"
         self.name = name
-        self.scene = next((scene for scene in bpy.data.scenes if scene.get(OWNER) == name), None)
+        self.scene = built(name)
         if self.scene is None:
             self.scene = bpy.data.scenes.new(title)
             self.scene[OWNER] = name
@@ -75,15 +85,12 @@ class Stage:
         """An object around data made elsewhere (a light, a mesh); returns the bpy.types.Object."""
         return self._place(name, data, location)
 
-    def camera(self, eye, target, field_of_view):
-        """The scene's camera at `eye`, looking at `target`, z up; `field_of_view` in degrees across the wider side."""
+    def camera(self, eye, target, field_of_view, fit="AUTO"):
+        """The scene's camera in that Pose; returns the bpy.types.Object."""
         data = bpy.data.cameras.new("Camera")
-        data.sensor_fit = "AUTO"
-        data.angle = math.radians(field_of_view)
         data.clip_start, data.clip_end = 0.01, 1000.0
-        camera = self._place("Camera", data, eye)
-        direction = mathutils.Vector(target) - mathutils.Vector(eye)
-        camera.rotation_euler = direction.to_track_quat("-Z", "Y").to_euler()
+        camera = self._place("Camera", data)
+        aim(camera, eye, target, field_of_view, fit)
         self.scene.camera = camera
         return camera
 
@@ -97,6 +104,20 @@ class Stage:
         self.scene.world = world
         world.cycles.sampling_method = "NONE" if aim is None else "MANUAL"
         world.cycles.sample_map_resolution = aim or 64
+
+
+def aim(camera, eye, target, field_of_view, fit="AUTO"):
+    """Put a camera (bpy.types.Object) into that Pose."""
+    camera.data.sensor_fit = fit
+    camera.data.angle = math.radians(field_of_view)
+    camera.location = eye
+    direction = mathutils.Vector(target) - mathutils.Vector(eye)
+    camera.rotation_euler = direction.to_track_quat("-Z", "Y").to_euler()
+
+
+def built(name):
+    """The bpy.types.Scene that holds the stage of that name, or None."""
+    return next((scene for scene in bpy.data.scenes if scene.get(OWNER) == name), None)
 
 
 def _clear(scene, name):

@@ -1,12 +1,416 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A render in a second Blender without a window, while this one stays free."""
 
-CLASSES = ()
+import atexit
+import json
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import bpy
+from bpy.app.translations import pgettext_iface, pgettext_rpt
+
+from .. import cli
+from ..scenes.parameters import file_name
+from . import preferences, scenes
+
+# What the second process runs: the command, until its standard input ends, as it does when this Blender ends or is
+# killed. An interrupt then lets the render clear away what it has begun.
+CHILD = """
+import os, runpy, signal, sys, threading, time
+def watch():
+    os.read(0, 1)
+    signal.raise_signal(signal.SIGINT)
+    time.sleep(3)
+    os._exit(130)
+threading.Thread(target=watch, daemon=True).start()
+sys.path.insert(0, {folder!r})
+sys.argv = ["nimray", *sys.argv[sys.argv.index("--") + 1:]]
+runpy.run_module({package!r}, run_name="__main__")
+"""
+PATIENCE = 5.0  # seconds that a job may take to end by itself
+INTERVAL = 0.25  # seconds between two looks at it
+
+
+class Job:
+    """A `nimray` command in a process of its own, and what it has said so far."""
+
+    def __init__(self, words, folder, title):
+        """Start it; OSError where that cannot be done. `words` come after `nimray`; `folder` is where it writes to."""
+        self.folder, self.title = Path(folder), title
+        self.done, self.total, self.left, self.when = 0, 0, None, time.monotonic()
+        self.files, self.problem, self.cancelled, self.code = [], "", False, None
+        package = Path(__file__).resolve().parents[1]
+        code = CHILD.format(folder=str(package.parent), package=package.name)
+        if bpy.app.binary_path:
+            start = [bpy.app.binary_path, "--background", "--factory-startup", "--python-exit-code", "1"]
+            start += ["--python-expr", code]
+        else:  # Blender as a Python module
+            start = [sys.executable, "-c", code]
+        self.process = subprocess.Popen(
+            [*start, "--", *words, "--progress"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            encoding="utf-8",
+            errors="replace",
+            creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
+        )
+        self.reader = threading.Thread(target=self._read, daemon=True)
+        self.reader.start()
+
+    def _read(self):
+        for line in self.process.stdout:
+            if line.startswith("nimray: "):
+                self.problem = line.removeprefix("nimray: ").strip()
+            elif line.startswith("{"):
+                try:
+                    said = json.loads(line)
+                except ValueError:
+                    continue
+                if "files" in said:
+                    self.files = [Path(file) for file in said["files"]]
+                else:
+                    self.done, self.total, self.left = said["done"], said["total"], said["left"]
+                    self.when = time.monotonic()
+
+    @property
+    def running(self):
+        """Whether it is under way, as of the last look()."""
+        return self.code is None
+
+    def look(self):
+        """See whether it has ended; returns `running`."""
+        if self.running and self.process.poll() is not None:
+            self.reader.join(PATIENCE)
+            self.code = self.process.returncode
+            self.process.stdin.close()
+            if self.code == 0 or self.cancelled:
+                self.problem = ""
+            elif not self.problem:
+                self.problem = pgettext_rpt("The render ended without a word (exit code {}).").format(self.code)
+        return self.running
+
+    def cancel(self):
+        """End it, and wait until it has."""
+        if not self.running:
+            return
+        self.cancelled = True
+        self.process.stdin.close()
+        try:
+            self.process.wait(PATIENCE)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+        self.look()
+
+    def progress(self):
+        """How much is done, 0 to 1, and the seconds left or None: between two reports, rare ones, it goes by the clock."""
+        part = self.done / self.total if self.total else 0.0
+        if self.left is None:
+            return part, None
+        passed = min((time.monotonic() - self.when) / max(self.left, 0.1), 1.0)
+        return part + (1 - part) * passed, self.left * (1 - passed)
+
+    def text(self):
+        """How far it is, in words."""
+        part, left = self.progress()
+        if not self.total:
+            return pgettext_iface("Starting")
+        if left is None:
+            return f"{part:.0%}"
+        return pgettext_iface("{}, {} left").format(f"{part:.0%}", cli.duration(left))
+
+
+# The job under way, or the last one of this session.
+_job = None
+
+
+def job():
+    """The Job under way, or the last one, or None."""
+    return _job
+
+
+def start(words, folder, title):
+    """Start a Job and the timer that looks after it; OSError where it cannot be started."""
+    global _job
+    _job = Job(words, folder, title)
+    if not bpy.app.timers.is_registered(_tick):
+        bpy.app.timers.register(_tick, first_interval=INTERVAL, persistent=True)
+    return _job
+
+
+def end():
+    """End the job, if there is one."""
+    if _job:
+        _job.cancel()
+
+
+def _tick():
+    running = _job is not None and _job.look()
+    status = f"{_job.title}: {_job.text()}" if running else None
+    for window in bpy.context.window_manager.windows:
+        window.workspace.status_text_set(status)
+    if not running:
+        _clear_status()
+    _redraw()
+    return INTERVAL if running else None
+
+
+def _clear_status():
+    for workspace in bpy.data.workspaces:
+        workspace.status_text_set(None)
+
+
+def _redraw():
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D":
+                for region in area.regions:
+                    if region.type == "UI":
+                        region.tag_redraw()
+
+
+# ------------------------------------------------------------------------------------------------ operators
+
+
+def output_folder():
+    """Where renders go: the folder of the preferences, else "renders" beside the .blend file or in the home folder."""
+    chosen = preferences.settings().folder
+    if chosen:
+        return Path(bpy.path.abspath(chosen))
+    return (Path(bpy.data.filepath).parent if bpy.data.filepath else Path.home()) / "renders"
+
+
+def render_words(settings):
+    """The words after `nimray` that render what the settings say, and a name for the image."""
+    name = file_name(settings.scene, scenes.parameters_of(settings).assignments())
+    return scenes.render_words(settings), name
+
+
+def free_name(folder, name):
+    """`name`, or name_2, name_3... where `folder` holds images of that name."""
+    number, free = 1, name
+    while any((folder / f"{free}.{suffix}").exists() for suffix in ("exr", "png")):
+        number += 1
+        free = f"{name}_{number}"
+    return free
+
+
+def compare_words(settings):
+    """The words after `nimray` that render the scene empty, with water and with a NIM, and a name for the comparison.
+
+    The NIM is the settings' own, where that is one.
+    """
+    parameters = scenes.parameters_of(settings)
+    kind = scenes.scene_type(settings.scene)
+    key, _, values = kind.compared.partition("=")
+    medium = parameters.medium if key == "n" else getattr(parameters, key)
+    if medium is not None and medium.is_nim:
+        text = str(medium) if key == "liquid" else str(medium).removeprefix("n=")
+        values = ",".join([*values.split(",")[:-1], text])
+    # the medium brings its own permeability
+    kept = [text for text in parameters.assignments() if text.partition("=")[0] not in (key, "mu")]
+    words = ["compare", kind.name, "--vary", f"{key}={values}", *(["--set", *kept] if kept else [])]
+    return [*words, *scenes.quality_words(settings)], f"{file_name(kind.name, kept)}_compare"
+
+
+def _ready(operator, context):
+    if _job and _job.running:
+        operator.poll_message_set("A render is under way; wait for it, or cancel it")
+        return False
+    return scenes.ready(operator, context)
+
+
+class _Start:
+    """What the operators that start a job share."""
+
+    bl_options = {"REGISTER"}
+
+    @classmethod
+    def poll(cls, context):
+        return _ready(cls, context)
+
+    def start(self, command):
+        folder = output_folder()
+        try:
+            words, name = command(bpy.context.scene.nim_scenes)
+            name = free_name(folder, name)
+            start([*words, "--out", str(folder), "--name", name], folder, name)
+        except ValueError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        except OSError as error:
+            self.report({"ERROR"}, pgettext_rpt("A second Blender could not be started: {}").format(error))
+            return {"CANCELLED"}
+        self.report({"INFO"}, pgettext_rpt("Rendering {} in the background").format(name))
+        return {"FINISHED"}
+
+
+class NIM_OT_render_headless(_Start, bpy.types.Operator):
+    """Render these settings in a second Blender without a window, while this one stays free"""
+
+    bl_idname = "nim.render_headless"
+    bl_label = "Render Headless"
+
+    def execute(self, context):
+        return self.start(render_words)
+
+
+class NIM_OT_render_variants(_Start, bpy.types.Operator):
+    """Render the scene empty, with water and with a NIM, headless, and side by side into one image"""
+
+    bl_idname = "nim.render_variants"
+    bl_label = "Render All Variants"
+
+    def execute(self, context):
+        return self.start(compare_words)
+
+
+class NIM_OT_cancel_render(bpy.types.Operator):
+    """End the headless render; no half image is left"""
+
+    bl_idname = "nim.cancel_render"
+    bl_label = "Cancel"
+    bl_options = {"REGISTER"}
+
+    @classmethod
+    def poll(cls, context):
+        if not (_job and _job.running):
+            cls.poll_message_set("No headless render is under way")
+            return False
+        return True
+
+    def execute(self, context):
+        end()
+        self.report({"INFO"}, pgettext_rpt("Cancelled {}").format(_job.title))
+        return {"FINISHED"}
+
+
+def _has_result(operator):
+    if not (_job and _job.files):
+        operator.poll_message_set("No headless render has been finished yet")
+        return False
+    return True
+
+
+class NIM_OT_open_result(bpy.types.Operator):
+    """Show the finished image in an Image editor"""
+
+    bl_idname = "nim.open_result"
+    bl_label = "Open Result"
+    bl_options = {"REGISTER"}
+
+    @classmethod
+    def poll(cls, context):
+        return _has_result(cls)
+
+    def execute(self, context):
+        file = _job.files[-1]
+        if not file.is_file():
+            self.report({"ERROR"}, pgettext_rpt("There is no {} any more; was it moved?").format(file))
+            return {"CANCELLED"}
+        image = bpy.data.images.load(str(file), check_existing=True)
+        image.reload()
+        if not bpy.app.background:
+            _image_editor(context).image = image
+        self.report({"INFO"}, pgettext_rpt("Opened {}").format(file))
+        return {"FINISHED"}
+
+
+def _image_editor(context):
+    """The Image editor on the screen, or one in a new window."""
+    for window in context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.ui_type == "IMAGE_EDITOR":
+                return area.spaces.active
+    bpy.ops.wm.window_new()
+    area = context.window_manager.windows[-1].screen.areas[0]
+    area.ui_type = "IMAGE_EDITOR"
+    return area.spaces.active
+
+
+class NIM_OT_open_folder(bpy.types.Operator):
+    """Open the folder of the headless renders in the file browser of this system"""
+
+    bl_idname = "nim.open_folder"
+    bl_label = "Open Folder"
+    bl_options = {"REGISTER"}
+
+    @classmethod
+    def poll(cls, context):
+        return _has_result(cls)
+
+    def execute(self, context):
+        try:
+            bpy.ops.wm.path_open(filepath=str(_job.folder))
+        except (RuntimeError, OSError):
+            self.report({"ERROR"}, pgettext_rpt("The folder {} cannot be opened.").format(_job.folder))
+            return {"CANCELLED"}
+        self.report({"INFO"}, pgettext_rpt("Opened {}").format(_job.folder))
+        return {"FINISHED"}
+
+
+# ------------------------------------------------------------------------------------------------ the panel
+
+
+class NIM_PT_jobs(bpy.types.Panel):
+    """Headless renders: start, progress, result."""
+
+    bl_idname = "NIM_PT_jobs"
+    bl_label = "Headless Render"
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "NIM"
+    bl_parent_id = "NIM_PT_scenes"
+
+    def draw(self, context):
+        layout = self.layout
+        column = layout.column(align=True)
+        column.operator("nim.render_headless", icon="RENDER_STILL")
+        column.operator("nim.render_variants", icon="RENDERLAYERS")
+        if _job is None:
+            return
+        box = layout.box()
+        if _job.running:
+            box.label(text=_job.title, translate=False)
+            row = box.row(align=True)
+            row.progress(factor=_job.progress()[0], text=_job.text())
+            row.operator("nim.cancel_render", text="", icon="X")
+        elif _job.cancelled:
+            box.label(text="Cancelled", icon="X")
+        elif _job.problem:
+            scenes.draw_sentence(box, context, _job.problem, "ERROR")
+        if _job.files:
+            box.label(text=_job.files[-1].name, icon="CHECKMARK", translate=False)
+            row = box.row(align=True)
+            row.operator("nim.open_result", icon="IMAGE_DATA")
+            row.operator("nim.open_folder", icon="FILE_FOLDER")
+
+
+CLASSES = (
+    NIM_OT_render_headless,
+    NIM_OT_render_variants,
+    NIM_OT_cancel_render,
+    NIM_OT_open_result,
+    NIM_OT_open_folder,
+    NIM_PT_jobs,
+)
 
 
 def register():
-    """Add what is no class."""
+    """See to it that no job outlives this Blender."""
+    atexit.register(end)
 
 
 def unregister():
-    """Take it back."""
+    """End the job and its timer."""
+    global _job
+    end()
+    _job = None
+    if bpy.app.timers.is_registered(_tick):
+        bpy.app.timers.unregister(_tick)
+        _clear_status()
+    atexit.unregister(end)

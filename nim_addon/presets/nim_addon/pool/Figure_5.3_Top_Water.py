@@ -1,0 +1,13 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+import bpy
+
+settings = bpy.context.scene.nim_scenes.pool
+settings.liquid = "water"
+settings.liquid_n = -1.33
+settings.mu = -1.0
+settings.use_mu = False
+settings.view = "top"
+settings.sky = "overcast"
+settings.sun_angle = 5.0
+settings.waves = 0.02
+settings.seed = 1

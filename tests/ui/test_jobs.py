@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Headless renders: to the end, cancelled, failing, and ended with the add-on."""
+
+import time
+from pathlib import Path
+
+import bpy
+import numpy as np
+import OpenImageIO as oiio
+import pytest
+
+from nim_addon import cli
+from nim_addon.cycles.render import read_metadata
+from nim_addon.ui import jobs, preferences, scenes
+
+TINY = (2, 4)  # samples, percent of the scene's own size
+
+
+@pytest.fixture
+def settings(addon, monkeypatch, tmp_path):
+    """The settings of a sphere that renders in no time, into tmp_path."""
+    monkeypatch.setattr(jobs, "output_folder", lambda: tmp_path)
+    monkeypatch.setitem(scenes.QUALITIES, "DRAFT", TINY)
+    settings = bpy.context.scene.nim_scenes
+    settings.scene, settings.quality, settings.backend = "sphere", "DRAFT", "nodes"
+    return settings
+
+
+def follow(until, seconds=60):
+    """Look after the job, as the timer does where there is a window, until `until(job)` or its end."""
+    deadline = time.monotonic() + seconds
+    while jobs.job().look() and not until(jobs.job()):
+        assert time.monotonic() < deadline, "the job takes too long"
+        time.sleep(0.05)
+    return jobs.job()
+
+
+def never(job):
+    return False
+
+
+def test_render_headless_runs_to_the_end_and_opens(settings, press, tmp_path):
+    settings.sphere.n = -1.33
+    assert press("nim.render_headless") == {"FINISHED"}
+    with pytest.raises(RuntimeError, match="under way"):
+        press("nim.render_variants")
+    with pytest.raises(RuntimeError, match="No headless render has been finished"):
+        press("nim.open_result")
+    job = follow(never)
+    assert (job.code, job.problem) == (0, "")
+    assert (job.done, job.total) == (2, 2)
+    assert job.progress() == (1.0, None)
+    assert job.files == [tmp_path / "sphere_n--1.33.exr", tmp_path / "sphere_n--1.33.png"]
+    assert sorted(tmp_path.iterdir()) == job.files
+    made = read_metadata(job.files[0])
+    assert (made["parameters"]["n"], made["samples"], made["size"]) == (-1.33, 2, [32, 24])
+    assert press("nim.open_result") == {"FINISHED"}
+    assert tuple(bpy.data.images["sphere_n--1.33.png"].size) == (32, 24)
+    job.files[-1].unlink()
+    with pytest.raises(RuntimeError, match="was it moved"):
+        press("nim.open_result")
+
+
+def test_all_variants_stand_side_by_side(settings, press, tmp_path, capsys):
+    settings.sphere.companions = True
+    assert press("nim.render_variants") == {"FINISHED"}
+    seen = set()
+    job = follow(lambda job: seen.add(job.done))
+    assert (job.code, job.problem, job.total) == (0, "", 6)
+    assert max(seen) > 2  # over all of them
+    linear, shown = job.files[-2:]
+    assert shown.name == "sphere_companions-yes_compare.png"
+    parts = [oiio.ImageBuf(str(file)).get_pixels(oiio.UINT8) for file in job.files[1:-2:2]]
+    rows = oiio.ImageBuf(str(shown)).get_pixels(oiio.UINT8)
+    assert rows.shape == (24, 3 * 32 + 2 * 2, 3)
+    for number, part in enumerate(parts):
+        assert np.array_equal(rows[:, 34 * number :][:, :32], part)
+    assert not np.array_equal(parts[0], parts[2])
+    assert oiio.ImageBuf(str(linear)).spec().format == oiio.FLOAT
+    assert read_metadata(linear)["compares"] == ["n=1", "n=1.33", "n=-1.5"]  # the panel's own NIM
+    assert cli.main(["render", "--again", str(shown)]) == 2
+    assert "is a comparison, not one render" in capsys.readouterr().err
+
+
+def test_cancel_ends_the_process_and_leaves_nothing(settings, press, tmp_path):
+    settings.quality = "FINAL"
+    with pytest.raises(RuntimeError, match="No headless render is under way"):
+        press("nim.cancel_render")
+    press("nim.render_headless")
+    job = follow(lambda job: list(tmp_path.glob(".*.part")))
+    assert job.running
+    assert press("nim.cancel_render") == {"FINISHED"}
+    assert job.process.poll() == 130  # by itself, not killed
+    assert (job.running, job.problem, list(tmp_path.iterdir())) == (False, "", [])
+
+
+def test_a_failing_job_says_why_in_one_sentence(settings, one_sentence, tmp_path):
+    jobs.start(["render", "sphere", "--set", "n=0"], tmp_path, "bad")
+    job = follow(never)
+    assert job.code == 2
+    one_sentence(job.problem, "n = 0 refracts nothing")
+    assert not list(tmp_path.iterdir())
+
+
+def test_disabling_the_add_on_ends_the_job(settings, addon, press):
+    import addon_utils
+
+    settings.quality = "FINAL"
+    press("nim.render_headless")
+    process = jobs.job().process
+    addon_utils.disable(addon, default_set=True)
+    assert process.poll() is not None
+    assert jobs.job() is None
+    assert not bpy.app.timers.is_registered(jobs._tick)
+
+
+def test_a_process_that_cannot_be_started_is_reported(settings, press, monkeypatch):
+    monkeypatch.setattr(jobs.sys, "executable", "/nowhere/python")
+    with pytest.raises(RuntimeError, match="could not be started"):
+        press("nim.render_headless")
+
+
+def test_variants_keep_the_rest_of_the_settings(settings):
+    settings.scene = "pool"
+    settings.pool.use_mu, settings.pool.mu, settings.pool.view = True, -10, "window"
+    words, name = jobs.compare_words(settings)
+    assert words[:6] == ["compare", "pool", "--vary", "liquid=none,water,n=-1.33,mu=-10", "--set", "view=window"]
+    assert name == "pool_view-window_compare"
+    settings.scene, settings.sphere.n = "sphere", 1.5
+    assert jobs.compare_words(settings)[0][:4] == ["compare", "sphere", "--vary", "n=1,1.33,-1.33"]
+
+
+def test_renders_go_where_the_preferences_say_and_overwrite_nothing(addon, monkeypatch, tmp_path):
+    assert jobs.output_folder() == Path.home() / "renders"
+    preferences.settings().folder = str(tmp_path)
+    assert jobs.output_folder() == tmp_path
+    preferences.settings().folder = ""
+    (tmp_path / "one.png").touch()
+    (tmp_path / "one_2.exr").touch()
+    assert jobs.free_name(tmp_path, "one") == "one_3"
+
+
+def test_progress_goes_by_the_clock_between_reports(settings, tmp_path):
+    jobs.start(["render", "nothing"], tmp_path, "bad")
+    job = follow(never)
+    job.done, job.total, job.left, job.when = 50, 100, 100.0, time.monotonic() - 50
+    part, left = job.progress()
+    assert part == pytest.approx(0.75, abs=0.01)
+    assert left == pytest.approx(50, abs=1)
+    assert job.text() == "75%, 0:50 left"

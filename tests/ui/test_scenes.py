@@ -1,0 +1,249 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The scenes panel: its settings mirror the dataclasses, and its operators do what they say."""
+
+import dataclasses
+import shlex
+
+import bpy
+import pytest
+
+from nim_addon import cli
+from nim_addon.physics import MEDIA, Medium
+from nim_addon.scenes import SCENES, scene_type
+from nim_addon.scenes import stage as stages
+from nim_addon.ui import scenes
+
+FIELDS = [(name, field) for name, kind in SCENES.items() for field in dataclasses.fields(kind.parameters)]
+PRESETS = sorted((scenes.PACKAGE / "presets" / "nim_addon").glob("*/*.py"))
+
+
+@pytest.fixture
+def settings(addon):
+    """The settings of the scene that is shown, whichever that is by then."""
+
+    class Current:
+        def __getattr__(self, name):
+            return getattr(bpy.context.scene.nim_scenes, name)
+
+        def __setattr__(self, name, value):
+            setattr(bpy.context.scene.nim_scenes, name, value)
+
+    return Current()
+
+
+@pytest.fixture
+def build(press):
+    """build() -> the bpy.types.Scene that the button made, materials in nodes."""
+
+    def built():
+        assert press("nim.build_scene") == {"FINISHED"}
+        return bpy.context.scene
+
+    return built
+
+
+@pytest.mark.parametrize(("name", "field"), FIELDS, ids=[f"{name}-{field.name}" for name, field in FIELDS])
+def test_each_property_mirrors_its_field(settings, name, field):
+    group = getattr(settings, name)
+    shown = group.bl_rna.properties[field.name]
+    data = field.metadata
+    assert shown.name
+    assert shown.description.lower().startswith(data["description"].lower())
+    if data["kind"] in ("number", "integer"):
+        assert (shown.hard_min, shown.hard_max) == (data["low"], data["high"])
+    elif data["kind"] in ("choice", "mesh"):
+        # the numbers are in people's files: a new choice comes last
+        assert [(item.identifier, item.value) for item in shown.enum_items][: len(data["choices"])] == [
+            (word, number) for number, word in enumerate(data["choices"])
+        ]
+    assert scenes._value(group, field) == field.default
+
+
+def test_numbers_of_enums_are_what_older_files_hold(settings):
+    def numbers(group, name):
+        return {item.identifier: item.value for item in group.bl_rna.properties[name].enum_items}
+
+    assert numbers(bpy.context.scene.nim_scenes, "scene") == {"glass": 0, "pool": 1, "sphere": 2}
+    assert numbers(settings.pool, "view") == {"side": 0, "top": 1, "window": 2}
+    assert numbers(settings.pool, "sky") == {"overcast": 0, "sunny": 1}
+    assert numbers(settings.glass, "figures") == {"none": 0, "monkey": 1, "file": 100}
+    assert numbers(settings.glass, "liquid")["nim"] == 3
+    assert {*MEDIA.values()} - {MEDIA["air"]} == {MEDIA[word] for word in scenes.LIQUID_NUMBERS if word in MEDIA}
+
+
+def test_settings_give_the_numbers_a_person_typed(settings):
+    settings.scene = "sphere"
+    settings.sphere.n, settings.sphere.use_mu, settings.sphere.mu = -1.33, True, -2.7
+    assert scenes.parameters_of(settings) == SCENES["sphere"].parameters(n=-1.33, mu=-2.7)
+    settings.scene = "glass"
+    settings.glass.liquid, settings.glass.liquid_n = "custom", -1.1
+    assert scenes.parameters_of(settings).liquid == Medium(-1.1)
+    settings.glass.use_liquid_mu, settings.glass.liquid_mu = True, -3
+    assert scenes.parameters_of(settings).liquid == Medium(-1.1, -3)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_build_shows_the_scene_with_its_settings(settings, build, name):
+    settings.scene, settings.quality = name, "DRAFT"
+    home = bpy.context.scene
+    home_objects = set(home.objects)
+    scene = build()
+    assert scene != home
+    assert scene[stages.OWNER] == name
+    assert set(home.objects) == home_objects
+    assert bpy.context.window.scene == scene
+    assert settings.scene == name
+    assert (scene.cycles.samples, scene.render.resolution_percentage) == (32, 50)
+    settings.quality = "FINAL"  # a built scene follows at once
+    assert (scene.cycles.samples, scene.render.resolution_percentage) == (2048, 100)
+    views = [area.spaces.active for area in bpy.context.screen.areas if area.type == "VIEW_3D"]
+    assert all(view.region_3d.view_perspective == "CAMERA" for view in views)
+
+
+def test_a_new_view_moves_the_camera_and_nothing_else(settings, build):
+    settings.scene = "pool"
+    scene = build()
+    things, before = set(scene.objects), scene.camera.matrix_basis.copy()
+    settings.pool.waves = 0.1
+    assert scene.camera.matrix_basis == before
+    settings.pool.view = "window"
+    assert set(scene.objects) == things
+    moved = scene.camera.matrix_basis.copy()
+    assert moved != before
+    assert (build().camera.matrix_basis, scene.camera.data.sensor_fit) == (moved, "VERTICAL")
+
+
+def test_building_again_keeps_what_a_person_added_and_undo_brings_the_former_back(settings, build):
+    settings.scene = "sphere"
+    scene = build()
+    mine = bpy.data.objects.new("Mine", None)
+    scene.collection.objects.link(mine)
+    bpy.ops.ed.undo_push(message="added")
+    settings.sphere.companions = True
+    bpy.ops.ed.undo_push(message="set")
+    build()
+    assert {"Mine", "Red", "Blue"} <= set(bpy.context.scene.objects.keys())
+    bpy.ops.ed.undo()
+    scene = bpy.data.scenes["NIM sphere"]
+    assert {"Mine", "Sphere"} <= set(scene.objects.keys())
+    assert "Red" not in scene.objects
+    assert scene.camera
+
+
+def test_undo_of_the_first_build_leaves_the_file_as_it_was(settings, press):
+    before = set(bpy.data.scenes.keys()), set(bpy.data.objects.keys())
+    bpy.ops.ed.undo_push(message="start")
+    press("nim.build_scene")
+    assert "NIM glass" in bpy.data.scenes
+    bpy.ops.ed.undo()
+    assert (set(bpy.data.scenes.keys()), set(bpy.data.objects.keys())) == before
+    assert bpy.context.window.scene.name == "Scene"
+
+
+CLASHES = [
+    ("pool", {"liquid": "none", "use_mu": True}, "needs a liquid"),
+    ("sphere", {"n": 1.5, "use_mu": True, "mu": -1.0}, "a positive index needs mu above 0"),
+    ("sphere", {"n": 0.0}, "refracts nothing"),
+    ("glass", {"figures": "file", "figures_file": "/nowhere/bunny.ply"}, "there is no file"),
+]
+
+
+@pytest.mark.parametrize(("name", "values", "says"), CLASHES, ids=[clash[2] for clash in CLASHES])
+def test_settings_that_clash_get_one_sentence_and_nothing_is_built(settings, press, one_sentence, name, values, says):
+    settings.scene = name
+    for key, value in values.items():
+        setattr(getattr(settings, name), key, value)
+    one_sentence(settings.problem, says)
+    for operator in ("nim.build_scene", "nim.copy_command", "nim.render_headless", "nim.render_variants"):
+        with pytest.raises(RuntimeError, match=says):
+            press(operator)
+    assert len(bpy.data.scenes) == 1
+
+
+def test_a_mesh_file_that_holds_no_mesh_leaves_everything_as_it_was(settings, press, tmp_path):
+    (tmp_path / "empty.stl").write_text("solid\nendsolid\n")
+    settings.glass.figures, settings.glass.figures_file = "file", str(tmp_path / "empty.stl")
+    before = set(bpy.data.user_map())
+    with pytest.raises(RuntimeError, match="there is no mesh to be read"):
+        press("nim.build_scene")
+    assert set(bpy.data.user_map()) == before
+
+
+def settings_of(line):
+    """Scene, parameters and the rest of a `nimray render` line, as the command itself reads it."""
+    words = shlex.split(line)
+    assert words[0] == "nimray"
+    arguments = cli._parser().parse_args(words[1:])
+    size = arguments.size((800, 600)) if arguments.size else (800, 600)
+    parameters = scene_type(arguments.scene).parameters.read(arguments.assignments)
+    return arguments.scene, parameters, arguments.samples, size, arguments.backend
+
+
+def test_copied_command_renders_the_same(settings, press, tmp_path):
+    mesh = tmp_path / "my bunny.obj"
+    mesh.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    settings.quality, settings.backend = "DRAFT", "nodes"
+    values = {"figures": "file", "figures_file": str(mesh), "liquid": "nim-mu10", "straw": False, "view": "top"}
+    for key, value in values.items():
+        setattr(settings.glass, key, value)
+    assert press("nim.copy_command") == {"FINISHED"}
+    line = scenes.quoted(["nimray", *scenes.render_words(bpy.context.scene.nim_scenes)])
+    assert settings_of(line) == ("glass", scenes.parameters_of(settings), 32, (400, 300), "nodes")
+
+
+@pytest.mark.parametrize("file", PRESETS, ids=[f"{file.parent.name}-{file.stem}" for file in PRESETS])
+def test_shipped_presets_load_and_round_trip_through_the_command(settings, press, file):
+    name = file.parent.name
+    settings.scene = name
+    menu = scenes.PRESET_MENUS[name]
+    assert press("nim.load_preset", filepath=str(file), menu_idname=menu.bl_idname) == {"FINISHED"}
+    assert settings.problem == ""
+    assert menu.bl_label == file.stem.replace("_", " ")
+    # whatever was set before, a preset sets all
+    lines = file.read_text().splitlines()
+    assigned = {line.split(" = ")[0].removeprefix("settings.") for line in lines if line.startswith("settings.")}
+    assert assigned == set(scenes.GROUPS[name].__annotations__)
+    line = scenes.quoted(["nimray", *scenes.render_words(bpy.context.scene.nim_scenes)])
+    assert settings_of(line)[:2] == (name, scenes.parameters_of(settings))
+
+
+def test_shipped_presets_are_found(settings):
+    for name in SCENES:
+        assert bpy.utils.preset_paths(f"nim_addon/{name}") == [str(scenes._shipped(name))]
+
+
+def test_a_person_saves_and_removes_presets_but_never_a_shipped_one(settings, press, tmp_path, monkeypatch):
+    monkeypatch.setattr(bpy.utils, "user_resource", lambda kind, path="", create=False: _made(tmp_path / path))
+    monkeypatch.setattr(
+        bpy.utils, "preset_paths", lambda subdir: [str(tmp_path / "presets" / subdir), str(scenes._shipped("sphere"))]
+    )
+    settings.scene, settings.sphere.n = "sphere", -2.0
+    assert press("nim.preset", name="Mine") == {"FINISHED"}
+    file = tmp_path / "presets" / "nim_addon" / "sphere" / "Mine.py"
+    settings.sphere.n = 1.5
+    press("nim.load_preset", filepath=str(file), menu_idname="NIM_MT_sphere_presets")
+    assert settings.sphere.n == -2.0
+    with pytest.raises(RuntimeError, match="choose another name"):
+        press("nim.preset", name="Mine")
+    assert press("nim.preset", remove_active=True) == {"FINISHED"}
+    assert not file.exists()
+    shipped = next(file for file in PRESETS if file.parent.name == "sphere")
+    press("nim.load_preset", filepath=str(shipped), menu_idname="NIM_MT_sphere_presets")
+    with pytest.raises(RuntimeError, match="is not one of your own"):
+        press("nim.preset", remove_active=True)
+    assert shipped.exists()
+    with pytest.raises(RuntimeError, match="is no preset"):
+        press("nim.load_preset", filepath=str(tmp_path / "none.py"), menu_idname="NIM_MT_sphere_presets")
+
+
+def _made(folder):
+    folder.mkdir(parents=True, exist_ok=True)
+    return str(folder)
+
+
+def test_nothing_is_left_when_the_add_on_is_disabled(addon):
+    import addon_utils
+
+    addon_utils.disable(addon, default_set=True)
+    assert not hasattr(bpy.types.Scene, "nim_scenes")
+    assert bpy.utils.preset_paths("nim_addon/glass") == []

@@ -1,12 +1,263 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Any mesh made a NIM in one click, and taken back."""
 
-CLASSES = ()
+import bpy
+from bpy.app.translations import pgettext_iface, pgettext_rpt
+
+from ..cycles import checks
+from ..cycles.material import interface_material, interface_nodes
+from . import material as material_ui
+from . import warnings
+from .material import chosen_medium, index_property, medium_property, number, permeability_property
+
+# The slots of an object hide those of its mesh: a NIM is put into the first, so the mesh and others that share it stay.
+
+
+class NIM_PG_former_slot(bpy.types.PropertyGroup):
+    """A material slot of an object as it was: the object's own material, and whether that or the mesh's counted."""
+
+    material: bpy.props.PointerProperty(
+        type=bpy.types.Material, name="Material", description="The object's own material in this slot"
+    )
+    link: bpy.props.EnumProperty(
+        name="Link",
+        description="Whose material counted",
+        items=(
+            ("DATA", "Mesh", "The mesh's material counted", "NONE", 0),
+            ("OBJECT", "Object", "The object's own material counted", "NONE", 1),
+        ),
+    )
+
+
+class NIM_PG_object(bpy.types.PropertyGroup):
+    """What "Take Back" needs to know of a converted object."""
+
+    former: bpy.props.CollectionProperty(
+        type=NIM_PG_former_slot, name="Former slots", description="The slots before the object became a NIM"
+    )
+    slot_added: bpy.props.BoolProperty(
+        name="Slot added", description="The mesh had no material slot: the one it has was made for the NIM"
+    )
+
+
+def converted(thing):
+    """Whether "Take Back" can undo something in an object (or None)."""
+    return thing is not None and thing.type == "MESH" and len(thing.nim.former) > 0
+
+
+def obstacle(thing):
+    """Why an object cannot be changed, as a template of {name}; or None where it can."""
+    if thing.library:
+        return "{name} is linked from a library: make it local first"
+    if thing.override_library:
+        return "{name} is an override of a library: make it local first"
+    if thing.data.library and not thing.data.materials:
+        return "The mesh of {name} is linked from a library and has no material slot: make it local first"
+    return None
+
+
+def convert(thing, material):
+    """Wear `material` in every slot of a mesh object; what was there before is kept for take_back()."""
+    fresh = not converted(thing)
+    if fresh and not thing.material_slots:
+        thing.data.materials.append(None)
+        thing.nim.slot_added = True
+    elif fresh:
+        # its mesh's only slot may have been made for another object that shares the mesh
+        thing.nim.slot_added = any(other.nim.slot_added for other in _sharing(thing))
+    for place, slot in enumerate(thing.material_slots):
+        if place >= len(thing.nim.former):
+            former = thing.nim.former.add()
+            former.link = slot.link
+            slot.link = "OBJECT"
+            former.material = slot.material
+        slot.link = "OBJECT"
+        slot.material = material
+
+
+def take_back(thing):
+    """Give a converted object its former slots; a NIM that nothing else wears any more leaves the file."""
+    worn = {slot.material for slot in thing.material_slots if interface_nodes(slot.material)}
+    for slot, former in zip(thing.material_slots, thing.nim.former, strict=False):
+        slot.link = "OBJECT"
+        slot.material = former.material
+        slot.link = former.link
+    # the mesh's own slot goes with the last of the objects it was made for
+    lone = len(thing.data.materials) == 1 and thing.data.materials[0] is None
+    if thing.nim.slot_added and lone and not any(other.nim.slot_added for other in _sharing(thing)):
+        thing.data.materials.clear()
+    thing.nim.former.clear()
+    thing.nim.slot_added = False
+    for material in worn:
+        if material.users == 0:
+            bpy.data.materials.remove(material)
+
+
+def _sharing(thing):
+    return [other for other in bpy.data.objects if other.data == thing.data and other != thing]
+
+
+def _meshes(context):
+    """The selected mesh objects; the active one where none is selected."""
+    things = [thing for thing in context.selected_objects if thing.type == "MESH"]
+    active = context.object
+    return things or ([active] if active and active.type == "MESH" else [])
+
+
+def _poll(cls, context):
+    if context.mode != "OBJECT":
+        cls.poll_message_set("Leave the mode you are in for Object Mode first")
+        return False
+    if not _meshes(context):
+        cls.poll_message_set("Select a mesh object first")
+        return False
+    return True
+
+
+class NIM_OT_convert(bpy.types.Operator):
+    """Make the selected meshes a negative-index material, one for all of them; their materials are kept for Take Back"""
+
+    bl_idname = "nim.convert"
+    bl_label = "Make Negative-Index"
+    bl_options = {"REGISTER", "UNDO"}
+
+    inside: medium_property("nim-1.5", "Inside", "The medium behind the faces")
+    n_inside: index_property(-1.5)
+    mu_inside: permeability_property()
+    outside: medium_property("air", "Outside", "The medium on the side the normals point to")
+    n_outside: index_property(1.0)
+    mu_outside: permeability_property()
+
+    @classmethod
+    def poll(cls, context):
+        """Only where a mesh is selected, in Object Mode."""
+        return _poll(cls, context)
+
+    def execute(self, context):
+        """Convert those that can be, and name those that cannot."""
+        refused, free = _sorted(_meshes(context))
+        if not free:
+            self.report({"ERROR"}, _refusals(refused))
+            return {"CANCELLED"}
+        try:
+            inside = chosen_medium(self.inside, self.n_inside, self.mu_inside)
+            outside = chosen_medium(self.outside, self.n_outside, self.mu_outside)
+            name = f"NIM {number(inside.n)}" if inside.is_nim else f"Index {number(inside.n)}"
+            backend = material_ui.backend_for(context.scene)
+            material = interface_material(name, inside, outside, backend=backend)
+        except (ValueError, RuntimeError) as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        for thing in free:
+            convert(thing, material)
+        text = pgettext_rpt("{count} made negative-index" if inside.is_nim else "{count} made of index {n}")
+        said = text.format(count=len(free), n=number(inside.n))
+        if refused:
+            self.report({"WARNING"}, f"{said}. {_refusals(refused)}")
+        elif wrong := len(checks.problems(context.scene)):
+            text = pgettext_rpt("{said}. To be mended before it renders right: {wrong}, see Checks")
+            self.report({"INFO"}, text.format(said=said, wrong=wrong))
+        else:
+            self.report({"INFO"}, said)
+        return {"FINISHED"}
+
+    def draw(self, context):
+        """Draw the redo panel: numbers only where the medium is of own values."""
+        for side in material_ui.SIDES:
+            column = self.layout.column(align=True)
+            column.use_property_split = True
+            column.prop(self, side)
+            if getattr(self, side) == material_ui.CUSTOM:
+                column.prop(self, f"n_{side}")
+                column.prop(self, f"mu_{side}")
+
+
+class NIM_OT_revert(bpy.types.Operator):
+    """Give the selected meshes the materials back that they had before they became negative-index"""
+
+    bl_idname = "nim.revert"
+    bl_label = "Take Back"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        """Only where a converted mesh is selected, in Object Mode."""
+        if not _poll(cls, context):
+            return False
+        if not any(converted(thing) for thing in _meshes(context)):
+            cls.poll_message_set("None of the selected meshes was made negative-index by Make Negative-Index")
+            return False
+        return True
+
+    def execute(self, context):
+        """Take back those that can be, and name those that cannot."""
+        refused, free = _sorted([thing for thing in _meshes(context) if converted(thing)])
+        if not free:
+            self.report({"ERROR"}, _refusals(refused))
+            return {"CANCELLED"}
+        for thing in free:
+            take_back(thing)
+        said = pgettext_rpt("{count} given their former materials").format(count=len(free))
+        self.report({"WARNING"} if refused else {"INFO"}, f"{said}. {_refusals(refused)}" if refused else said)
+        return {"FINISHED"}
+
+
+def _sorted(things):
+    """Those of the objects that cannot be changed, and those that can."""
+    return [thing for thing in things if obstacle(thing)], [thing for thing in things if not obstacle(thing)]
+
+
+def _refusals(things):
+    return ". ".join(pgettext_rpt(obstacle(thing)).format(name=thing.name) for thing in things)
+
+
+class NIM_PT_convert(bpy.types.Panel):
+    """The active object's interface in short"""
+
+    bl_idname = "NIM_PT_convert"
+    bl_label = "Material"
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "NIM"
+    bl_order = 1
+
+    def draw(self, context):
+        """Draw its media and what they do, and the two buttons."""
+        layout = self.layout
+        thing = context.object
+        material = thing.active_material if thing and thing.type == "MESH" else None
+        if thing is None or thing.type != "MESH":
+            layout.label(text="Select a mesh object", icon="INFO")
+        elif material is None or material_ui.active_node(material) is None:
+            text = pgettext_iface("{name} has no negative-index interface.").format(name=thing.name)
+            warnings.draw_sentence(layout, context, text, icon="INFO")
+        else:
+            layout.label(text=f"{thing.name}: {material.name}", icon="MATERIAL", translate=False)
+            material_ui.draw_media(layout, context, material)
+            material_ui.draw_summary(layout, context, material)
+        column = layout.column(align=True)
+        column.operator("nim.convert", icon="MATERIAL")
+        column.operator("nim.revert", icon="LOOP_BACK")
+
+
+def _menu(self, context):
+    self.layout.separator()
+    self.layout.operator("nim.convert", icon="MATERIAL")
+    self.layout.operator("nim.revert", icon="LOOP_BACK")
+
+
+CLASSES = (NIM_PG_former_slot, NIM_PG_object, NIM_OT_convert, NIM_OT_revert, NIM_PT_convert)
 
 
 def register():
-    """Add what is no class."""
+    """Give each object its NIM_PG_object, and the Object menu both operators."""
+    bpy.types.Object.nim = bpy.props.PointerProperty(
+        type=NIM_PG_object, name="Negative Index", description="What Take Back needs to know"
+    )
+    bpy.types.VIEW3D_MT_object.append(_menu)
 
 
 def unregister():
-    """Take it back."""
+    """Take them back."""
+    bpy.types.VIEW3D_MT_object.remove(_menu)
+    del bpy.types.Object.nim

@@ -1,12 +1,228 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The wrong settings that cycles.checks finds, each with the button that mends it."""
 
-CLASSES = ()
+import textwrap
+
+import bpy
+from bpy.app.handlers import persistent
+from bpy.app.translations import pgettext_iface, pgettext_rpt
+
+from ..cycles import checks
+from . import later
+
+# A mesh of more faces is measured when asked for, not while a panel is drawn.
+LARGEST = 50_000
+
+# What was found, until the file changes: Surface by session_uid of an object, the rest by session_uid of a scene.
+_surfaces = {}
+_found = {}
+# The scenes in _found that nothing has changed since.
+_fresh = set()
+
+
+class _Found:
+    """What drawing needs to know of a scene; no bpy data, which may be gone by the next drawing."""
+
+    def __init__(self, scene):
+        worn = checks.interfaces(scene)
+        self.backends = checks.backends(worn)
+        self.problems = []
+        self.unmeasured = 0
+        if worn:
+            windows = bpy.context.window_manager.windows
+            layer = next((one.view_layer for one in windows if one.scene == scene), scene.view_layers[0])
+            depsgraph = layer.depsgraph
+            self.problems += checks.light_problems(scene)
+            self.problems += checks.mesh_problems(worn, self._measured(checks.meshes(worn), depsgraph))
+
+    def _measured(self, things, depsgraph):
+        for thing in things:
+            if thing.session_uid not in _surfaces:
+                mesh = checks.evaluated_mesh(thing, depsgraph)
+                if len(mesh.polygons) > LARGEST:
+                    self.unmeasured += 1
+                else:
+                    _surfaces[thing.session_uid] = checks.surface(mesh)
+        return {thing: _surfaces[thing.session_uid] for thing in things if thing.session_uid in _surfaces}
+
+
+def _look(scene):
+    """What is known of a scene; while it is looked at anew, what was known, or None."""
+    if scene.session_uid not in _fresh:
+        later.do(_renew, scene.session_uid)
+    return _found.get(scene.session_uid)
+
+
+def _renew(uid):
+    scene = next((scene for scene in bpy.data.scenes if scene.session_uid == uid), None)
+    if scene:
+        _found[uid] = _Found(scene)
+        _fresh.add(uid)
+
+
+def found(scene, material=None):
+    """The Problems of a bpy.types.Scene, or those that bear on one bpy.types.Material; quick where nothing changed."""
+    known = _look(scene)
+    if known is None:
+        return []
+    backends = known.backends if material is None else checks.backends([material])
+    if not backends:
+        return []
+    those = checks.setting_problems(scene, backends) + known.problems
+    return [one for one in those if material is None or one.materials is None or material.name in one.materials]
+
+
+def draw_problems(layout, context, those):
+    """Draw a box for each Problem, with the button that mends it, and one for all of them where there are several."""
+    for problem in those:
+        box = layout.box().column(align=True)
+        sentence = " ".join(pgettext_iface(text) for text in problem.texts).format(**problem.values)
+        draw_sentence(box, context, sentence, icon="ERROR")
+        if problem.remedy:
+            box.operator("nim.mend", text=problem.remedy, icon="TOOL_SETTINGS").code = problem.code
+    if sum(problem.remedy is not None for problem in those) > 1:
+        layout.operator("nim.mend", text="Mend All", icon="TOOL_SETTINGS").code = ""
+
+
+def draw_sentence(layout, context, text, icon="NONE"):
+    """Draw a sentence over as many lines as the region is too narrow for."""
+    scale = context.preferences.system.ui_scale
+    width = context.region.width / scale if context.region else 300
+    # a letter is about 6.2 units wide; margins, tabs and the icon take the rest
+    letters = int((width - (75 if icon != "NONE" else 50)) / 6.2)
+    lines = textwrap.wrap(text, max(24, letters))
+    column = layout.column(align=True)
+    column.scale_y = 0.8
+    for number, line in enumerate(lines):
+        column.label(text=line, icon=icon if number == 0 else "BLANK1" if icon != "NONE" else "NONE", translate=False)
+
+
+class NIM_OT_mend(bpy.types.Operator):
+    """Mend what would spoil the picture of a negative-index material"""
+
+    bl_idname = "nim.mend"
+    bl_label = "Mend"
+    bl_options = {"REGISTER", "UNDO"}
+
+    code: bpy.props.StringProperty(
+        name="Problem", description="Which problem to mend; all of them if empty", options={"HIDDEN", "SKIP_SAVE"}
+    )
+
+    @classmethod
+    def poll(cls, context):
+        """Only where meshes can be changed."""
+        if context.mode != "OBJECT":
+            cls.poll_message_set("Mending needs Object Mode")
+            return False
+        return True
+
+    def execute(self, context):
+        """Mend, and say what was mended."""
+        mended = checks.mend(context.scene, self.code or None)
+        forget()
+        if not mended:
+            self.report({"WARNING"}, pgettext_rpt("There was nothing to mend"))
+            return {"CANCELLED"}
+        left = len(checks.problems(context.scene))
+        text = "Mended: {count}, left: {left}" if left else "Mended: {count}, nothing is left"
+        self.report({"INFO"}, pgettext_rpt(text).format(count=len(mended), left=left))
+        return {"FINISHED"}
+
+
+class NIM_OT_check_meshes(bpy.types.Operator):
+    """Look at the large meshes of interface materials too: are they closed, do their normals point out"""
+
+    bl_idname = "nim.check_meshes"
+    bl_label = "Check Large Meshes"
+    bl_options = {"REGISTER"}
+
+    @classmethod
+    def poll(cls, context):
+        """Only where some were left out."""
+        known = _look(context.scene)
+        if known is None or not known.unmeasured:
+            cls.poll_message_set("All meshes of interface materials have been checked")
+            return False
+        return True
+
+    def execute(self, context):
+        """Measure them, and say what came out."""
+        things = checks.meshes(checks.interfaces(context.scene))
+        for thing in things:
+            _surfaces[thing.session_uid] = checks.surface(
+                checks.evaluated_mesh(thing, context.evaluated_depsgraph_get())
+            )
+        _renew(context.scene.session_uid)
+        wrong = sum(problem.code in ("normals", "open_volume") for problem in found(context.scene))
+        self.report(
+            {"INFO"}, pgettext_rpt("Meshes checked: {count}, problems: {wrong}").format(count=len(things), wrong=wrong)
+        )
+        return {"FINISHED"}
+
+
+class NIM_PT_checks(bpy.types.Panel):
+    """What would spoil the picture"""
+
+    bl_idname = "NIM_PT_checks"
+    bl_label = "Checks"
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "NIM"
+    bl_order = 2
+
+    def draw(self, context):
+        """Draw what is wrong, or that nothing is."""
+        layout = self.layout
+        known = _look(context.scene)
+        those = found(context.scene)
+        if known is None:
+            layout.label(text="Looking...", icon="VIEWZOOM")
+            return
+        if not known.backends:
+            layout.label(text="No interface in this scene yet", icon="INFO")
+        elif not those and not known.unmeasured:
+            layout.label(text="Nothing to mend", icon="CHECKMARK")
+        draw_problems(layout, context, those)
+        if known.unmeasured:
+            layout.operator("nim.check_meshes", icon="VIEWZOOM")
+
+
+@persistent
+def _changed(scene, depsgraph=None):
+    """Note what the change of a file may have made untrue."""
+    _fresh.clear()
+    for update in depsgraph.updates if depsgraph else ():
+        if update.is_updated_geometry:
+            # a mesh may be worn by many objects: which of them, the objects' own updates say
+            _surfaces.pop(update.id.session_uid, None)
+
+
+@persistent
+def forget(*_):
+    """Forget everything: another file, or another state of this one."""
+    _found.clear()
+    _fresh.clear()
+    _surfaces.clear()
+
+
+CLASSES = (NIM_OT_mend, NIM_OT_check_meshes, NIM_PT_checks)
+_HANDLERS = (
+    ("depsgraph_update_post", _changed),
+    ("undo_post", forget),
+    ("redo_post", forget),
+    ("load_post", forget),
+)
 
 
 def register():
-    """Add what is no class."""
+    """Watch for changes."""
+    for name, handler in _HANDLERS:
+        getattr(bpy.app.handlers, name).append(handler)
 
 
 def unregister():
-    """Take it back."""
+    """Stop watching."""
+    for name, handler in _HANDLERS:
+        getattr(bpy.app.handlers, name).remove(handler)
+    later.stop()
+    forget()

@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The Add menus: bodies that are closed, face outwards and lie at the cursor; nodes with ready media."""
+
+import bpy
+import numpy as np
+import pytest
+
+from nim_addon.cycles import checks
+from nim_addon.cycles.material import interface_nodes, interface_of
+from nim_addon.physics import MEDIA, Medium
+
+
+@pytest.mark.parametrize(
+    "shape, size, extent",
+    [
+        ("sphere", 2.0, (2, 2, 2)),
+        ("slab", 2.0, (2, 2, 0.2)),
+        ("prism", 2.0, (2, 2, np.sqrt(3))),
+        ("liquid", 0.5, (0.5, 0.5, 0.25)),
+    ],
+)
+def test_bodies(addon, press, shape, size, extent):
+    bpy.context.scene.cursor.location = (1, 2, 3)
+    assert press("nim.add_object", shape=shape, size=size, medium="nim-mu10") == {"FINISHED"}
+    thing = bpy.context.object
+    assert thing.select_get() and bpy.context.selected_objects == [thing]
+    assert tuple(thing.location) == (1, 2, 3) and thing.name == shape.title()
+    assert interface_of(interface_nodes(thing.active_material)[0]).inside.mu == -10
+    mesh = checks.evaluated_mesh(thing, bpy.context.evaluated_depsgraph_get())
+    assert checks.surface(mesh) == (True, True, True)
+    points = np.array([vertex.co for vertex in mesh.vertices])
+    assert np.ptp(points, axis=0) == pytest.approx(extent, rel=1e-4)
+    if shape == "sphere":
+        assert np.linalg.norm(points, axis=1) == pytest.approx(size / 2, rel=1e-5)
+    if shape == "liquid":
+        corners = np.array([normal.vector for normal in thing.data.corner_normals])
+        assert np.unique(np.abs(corners[:, 2]).round(4)).tolist() == [0, 1], "flat top and bottom, a round side"
+
+
+def test_undo_takes_the_body_away(addon, press):
+    bpy.ops.ed.undo_push(message="before")
+    things = len(bpy.data.objects)
+    press("nim.add_object")
+    assert len(bpy.data.objects) == things + 1
+    bpy.ops.ed.undo()
+    assert len(bpy.data.objects) == things
+
+
+def test_an_index_of_zero_adds_nothing(addon, press):
+    things = len(bpy.data.objects), len(bpy.data.meshes), len(bpy.data.materials)
+    with pytest.raises(RuntimeError, match="n = 0 refracts nothing"):
+        press("nim.add_object", medium="custom", n=0.0)
+    assert (len(bpy.data.objects), len(bpy.data.meshes), len(bpy.data.materials)) == things
+
+
+def test_a_node_needs_a_shader_tree(addon, press):
+    with pytest.raises(RuntimeError, match="Open a material in the Shader Editor first"):
+        press("nim.add_node")
+
+
+def test_a_node_with_ready_media(addon, press):
+    """In a node editor, which a window without a screen has too once an area is turned into one."""
+    window = bpy.context.window_manager.windows[0]
+    area = window.screen.areas[0]
+    former, area.ui_type = area.ui_type, "ShaderNodeTree"
+    tree = bpy.data.materials["Material"].node_tree
+    region = next(region for region in area.regions if region.type == "WINDOW")
+    with bpy.context.temp_override(window=window, area=area, region=region):
+        space = area.spaces.active
+        space.pin = True
+        space.node_tree = tree
+        space.cursor_location = (30, 40)
+        assert press("nim.add_node", medium="nim-4.1") == {"FINISHED"}
+        node = tree.nodes.active
+        assert interface_of(node).inside.n == pytest.approx(-4.1) and interface_of(node).outside == Medium(1.0)
+        assert tuple(node.location) == (30, 40) and [one for one in tree.nodes if one.select] == [node]
+        space.path.start(node.node_tree)
+        with pytest.raises(RuntimeError, match="cannot be put into its own group"):
+            press("nim.add_node")
+    area.ui_type = former
+
+
+def test_every_medium_can_be_chosen():
+    from nim_addon.ui.material import MEDIUM_NUMBERS
+
+    chosen = {(MEDIA[name].n, MEDIA[name].mu) for name in MEDIUM_NUMBERS}
+    assert chosen == {(medium.n, medium.mu) for medium in MEDIA.values()} and len(chosen) == len(MEDIUM_NUMBERS)
+    assert len(set(MEDIUM_NUMBERS.values()) | {0}) == len(MEDIUM_NUMBERS) + 1
+
+
+def test_menus_come_and_go(addon):
+    import addon_utils
+
+    def ours():
+        menus = (bpy.types.NODE_MT_add, bpy.types.VIEW3D_MT_mesh_add, bpy.types.VIEW3D_MT_object)
+        return [one for menu in menus for one in menu._dyn_ui_initialize() if one.__module__.startswith("nim_addon")]
+
+    assert len(ours()) == 3
+    addon_utils.disable(addon, default_set=True)
+    assert ours() == []
+    addon_utils.enable(addon, default_set=True)

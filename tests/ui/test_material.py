@@ -1,0 +1,234 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The Negative Index panel: values that live in the node's sockets only, and what they mean."""
+
+import math
+import time
+from types import SimpleNamespace
+
+import bpy
+import numpy as np
+import pytest
+
+from nim_addon.cycles.material import interface_material, interface_nodes, interface_of, osl_available
+from nim_addon.physics import MEDIA, Interface, Medium
+
+
+class Layout:
+    """A layout that takes down what is drawn on it, as Blender's would take it."""
+
+    def __init__(self, drawn=None):
+        self.drawn = [] if drawn is None else drawn
+
+    def __getattr__(self, name):
+        if name in ("row", "column", "box", "split", "grid_flow"):
+            return lambda **_: Layout(self.drawn)
+        if name in ("label", "separator", "template_icon"):
+            return lambda *_, **values: self.drawn.append((name, values.get("text", values.get("icon_value"))))
+        raise AttributeError(name)
+
+    def prop(self, data, name, text=None, **_):
+        assert name in data.bl_rna.properties, name
+        self.drawn.append(("prop", name))
+
+    def operator(self, name, text=None, icon="NONE", depress=False):
+        group, _, verb = name.partition(".")
+        getattr(getattr(bpy.ops, group), verb).get_rna_type()
+        self.drawn.append(("operator", name))
+        return SimpleNamespace()
+
+    @property
+    def text(self):
+        return "\n".join(str(value) for kind, value in self.drawn if kind == "label")
+
+
+@pytest.fixture
+def material(addon):
+    """A material of index -1.5 in air, worn by the default cube."""
+    material = interface_material("NIM", Medium(-1.5), backend="nodes")
+    bpy.data.objects["Cube"].data.materials[0] = material
+    return material
+
+
+@pytest.fixture
+def draw():
+    """draw(material, width) -> the Layout on which the panel of the Material properties was drawn."""
+
+    def drawn(material, width=300):
+        layout = Layout()
+        context = SimpleNamespace(
+            material=material,
+            object=bpy.data.objects["Cube"],
+            scene=bpy.context.scene,
+            region=SimpleNamespace(width=width),
+            preferences=SimpleNamespace(system=SimpleNamespace(ui_scale=1.0, pixel_size=1.0)),
+        )
+        bpy.types.NIM_PT_material.draw(SimpleNamespace(layout=layout), context)
+        return layout
+
+    return drawn
+
+
+def sockets(material):
+    (node,) = interface_nodes(material)
+    return tuple(
+        node.inputs[f"{kind} {side}"].default_value
+        for side in ("Inside", "Outside")
+        for kind in ("Index", "Permeability")
+    )
+
+
+def test_the_panel_reads_and_writes_the_sockets(material):
+    nim = material.nim
+    (node,) = interface_nodes(material)
+    assert (nim.medium_inside, nim.n_inside, nim.mu_inside) == ("nim-1.5", -1.5, -1)
+    assert (nim.medium_outside, nim.n_outside, nim.mu_outside) == ("air", 1, 1)
+    nim.medium_inside = "nim-mu10"
+    assert interface_of(node).inside.mu == -10 and nim.n_inside == pytest.approx(-1.33)
+    nim.n_inside = -2.5
+    assert nim.medium_inside == "custom" and sockets(material) == (-2.5, -10, 1, 1)
+    node.inputs["Index Outside"].default_value = 1.33
+    assert nim.medium_outside == "water"
+    nim.n_inside = 99
+    assert sockets(material)[0] == 10, "the socket's own range holds"
+    assert not material.nim.keys(), "nothing is stored but in the node"
+
+
+@pytest.mark.parametrize("name", MEDIA)
+def test_every_preset_is_recognised(material, name):
+    from nim_addon.ui.material import MEDIUM_NUMBERS
+
+    material.nim.n_inside, material.nim.mu_inside = MEDIA[name].n, MEDIA[name].mu
+    shown = material.nim.medium_inside
+    assert shown in MEDIUM_NUMBERS and MEDIA[shown] == MEDIA[name]
+
+
+def test_mu_follows_the_sign_of_n_and_the_panel_says_so(material, draw):
+    assert "mu set" not in draw(material, 900).text
+    material.nim.n_inside = 1.5
+    assert sockets(material)[:2] == (1.5, 1)
+    assert "mu set to 1 to go with n = 1.5." in draw(material, 900).text
+    material.nim.n_inside = 1.6
+    assert "mu set" not in draw(material, 900).text, "it is no news any more"
+    material.nim.mu_inside = -3
+    assert material.nim.mu_inside == 3
+    assert "mu set to 3 to go with n = 1.6." in draw(material, 900).text
+
+
+def test_zero_is_refused_in_a_sentence(material, draw):
+    material.nim.n_inside = 0
+    assert sockets(material)[0] == -1.5
+    assert "n = 0 refracts nothing" in draw(material, 900).text
+    material.nim.mu_inside = 0
+    assert sockets(material)[1] == -1 and "mu = 0 has no impedance" in draw(material, 900).text
+    interface_nodes(material)[0].inputs["Index Inside"].default_value = 0
+    assert "n = 0 refracts nothing" in draw(material, 900).text, "typed into the node itself"
+
+
+def test_linked_and_animated_sockets_are_drawn_as_such(material, draw):
+    (node,) = interface_nodes(material)
+    assert ("prop", "n_inside") in draw(material).drawn
+    node.inputs["Index Inside"].keyframe_insert("default_value")
+    drawn = draw(material).drawn
+    assert ("prop", "n_inside") not in drawn and ("prop", "default_value") in drawn
+    value = material.node_tree.nodes.new("ShaderNodeValue")
+    material.node_tree.links.new(value.outputs[0], node.inputs["Index Outside"])
+    layout = draw(material, 900)
+    assert "n: from the node tree" in layout.text and "The node tree decides n or mu" in layout.text
+
+
+def test_without_an_interface_the_panel_offers_one(addon, draw):
+    drawn = draw(bpy.data.materials["Material"]).drawn
+    assert ("operator", "nim.convert") in drawn
+    assert ("operator", "nim.convert") in draw(None).drawn
+
+
+def test_readings():
+    from nim_addon.ui.material import readings, summary
+
+    of = dict(readings(Interface(Medium(-1.5))))
+    assert of["Bends backwards"] == "yes" and of["R at normal incidence"] == "4 %"
+    assert of["Impedance ratio Z_t / Z_i"] == "0.6667"
+    assert of["Critical angle"] == "41.8° from inside"
+    assert of["Brewster angle, p"] == "56.3° from outside, 33.7° from inside"
+    assert "Brewster angle, s" not in of
+    assert "bends backwards" in summary(Interface(Medium(-1.5)))[0]
+    of = dict(readings(Interface(Medium(-1.33, -10.0))))
+    assert "s" in "".join(label for label in of if label.startswith("Brewster")) and "Brewster angle, s" in of
+    of = dict(readings(Interface(Medium(1.0), Medium(1.5))))
+    assert of["Critical angle"] == "41.8° from outside" and of["Bends backwards"] == "no"
+    assert summary(Interface(Medium(-1.0))) == (
+        "Light bends backwards here: n has another sign on the other side.",
+        "Nothing is reflected at any angle.",
+    )
+
+
+def test_a_single_precision_value_reads_as_it_was_typed(material):
+    from nim_addon.ui.material import active_node, interface_shown
+
+    material.nim.n_inside = -1.33
+    shown = interface_shown(active_node(material))
+    assert shown.inside == Medium(-1.33) and shown is interface_shown(active_node(material))
+
+
+def test_the_curve_is_the_reflectance(addon):
+    """The white line, read back from the picture, lies where Fresnel says."""
+    from nim_addon.ui import curve
+
+    interface, size = Interface(Medium(-1.5)), 200
+    image = curve.picture(interface, size)
+    left, right, bottom, top = 24, size - 8, 16, size - 18
+    for degrees in (20, 60, 75):
+        column = round(left + degrees / 90 * (right - left))
+        angle = math.radians((column - left) / (right - left) * 90)
+        white = np.min(image[bottom : top + 1, column, :3], axis=1)
+        row = np.sum(np.arange(len(white)) * (white > 0.6)) / np.sum(white > 0.6)
+        assert row / (top - bottom) == pytest.approx(float(interface.fresnel(math.cos(angle)).R), abs=0.02)
+
+
+def test_the_curve_is_made_once_for_each_interface(addon, monkeypatch):
+    from nim_addon.ui import curve
+
+    made = []
+    original = curve.picture
+    monkeypatch.setattr(curve, "picture", lambda *given: made.append(given) or original(*given))
+    for n in (-1.5, -1.5, -1.6, -1.5):
+        curve.icon(Interface(Medium(n)), 100)
+    assert len(made) == 2
+    for n in range(2, 20):
+        curve.icon(Interface(Medium(n)), 100)
+    assert len(curve._icons) <= 8
+
+
+def test_a_redraw_takes_less_than_two_milliseconds(material, draw):
+    for i in range(19):
+        other = interface_material(f"Other {i}", Medium(-1.5 - i / 10), backend="nodes")
+        thing = bpy.data.objects.new(f"Thing {i}", bpy.data.objects["Cube"].data.copy())
+        thing.data.materials[0] = other
+        bpy.context.collection.objects.link(thing)
+    bpy.context.view_layer.update()
+    draw(material)
+    times = []
+    for _ in range(50):
+        started = time.perf_counter()
+        draw(material)
+        times.append(time.perf_counter() - started)
+    print(f"panel redraw: {1000 * np.median(times):.2f} ms")
+    assert np.median(times) < 0.002
+
+
+def test_the_backend_can_be_switched(material, press):
+    assert press("nim.switch_backend", material="NIM", backend="auto") == {"FINISHED"}
+    assert interface_nodes(material)[0].node_tree["nim_interface"] == "nodes", "OSL is off in this scene"
+    with pytest.raises(RuntimeError, match="no material with an interface"):
+        press("nim.switch_backend", material="Nobody", backend="nodes")
+    if osl_available():
+        press("nim.switch_backend", material="NIM", backend="osl")
+        assert interface_nodes(material)[0].node_tree["nim_interface"] == "osl"
+        press("nim.switch_backend", material="NIM", backend="nodes")
+        bpy.context.scene.cycles.shading_system = True
+        press("nim.switch_backend", material="NIM", backend="auto")
+        assert interface_nodes(material)[0].node_tree["nim_interface"] == "osl"
+    else:
+        with pytest.raises(RuntimeError, match="without OSL"):
+            press("nim.switch_backend", material="NIM", backend="osl")
+    assert sockets(material) == (-1.5, -1, 1, 1)

@@ -19,19 +19,63 @@ build = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(build)
 
 INSTALL = """
-import sys, bpy
-done = bpy.ops.extensions.package_install_files(filepath=sys.argv[1], repo="user_default", enable_on_install=True)
-assert "FINISHED" in done, done
-name = "bl_ext.user_default.nim_addon"
-assert name in bpy.context.preferences.addons
-from bl_ext.user_default.nim_addon.cycles.material import interface_material
-from bl_ext.user_default.nim_addon.physics import Medium
-material = interface_material("Sphere", Medium(-1.5))
-assert material.node_tree.nodes["NIM Interface"].inputs["Index Inside"].default_value == -1.5
-bpy.ops.preferences.addon_disable(module=name)
-bpy.ops.preferences.addon_enable(module=name)
-assert name in bpy.context.preferences.addons
-print("installed", bpy.app.version_string)
+import contextlib, io, os, sys, time
+import bpy
+
+NAME = "bl_ext.user_default.nim_addon"
+
+
+def traces():
+    # everything in Blender that an add-on could leave behind
+    found = {kind for kind in dir(bpy.types) if kind.startswith(("NIM_", "nim_"))}
+    for handler in dir(bpy.app.handlers):
+        functions = getattr(bpy.app.handlers, handler)
+        if isinstance(functions, list):
+            found |= {(handler, f.__name__) for f in functions if "nim_addon" in getattr(f, "__module__", "")}
+    for kind in dir(bpy.types):
+        draw = getattr(getattr(bpy.types, kind), "draw", None)
+        found |= {(kind, f.__name__) for f in getattr(draw, "_draw_funcs", ()) if "nim_addon" in f.__module__}
+    for kind in ("Scene", "Material", "Object", "World", "WindowManager", "Collection", "Mesh", "NodeTree"):
+        found |= {(kind, p) for p in getattr(bpy.types, kind).bl_rna.properties.keys() if p.startswith("nim")}
+    keys = bpy.context.window_manager.keyconfigs.addon
+    found |= {item.idname for keymap in (keys.keymaps if keys else ()) for item in keymap.keymap_items if "nim" in item.idname}
+    found |= {("preset", path) for path in bpy.utils.preset_paths("nim_addon/sphere")}
+    return found
+
+
+# a traceback that Blender caught is a failure all the same
+said = io.StringIO()
+with contextlib.redirect_stderr(said), contextlib.redirect_stdout(said):
+    assert not traces(), traces()
+    done = bpy.ops.extensions.package_install_files(filepath=sys.argv[1], repo="user_default", enable_on_install=True)
+    assert "FINISHED" in done, said.getvalue()
+    assert NAME in bpy.context.preferences.addons, said.getvalue()
+    enabled = traces()
+    from bl_ext.user_default.nim_addon.cycles.material import interface_material
+    from bl_ext.user_default.nim_addon.physics import Medium
+    from bl_ext.user_default.nim_addon.ui import assets, preferences
+    material = interface_material("Sphere", Medium(-1.5))
+    assert material.node_tree.nodes["NIM Interface"].inputs["Index Inside"].default_value == -1.5
+    assert preferences.settings().bl_rna.identifier == "NIM_AP_preferences"
+    assert bpy.ops.nim.register_assets() == {"FINISHED"} and assets.library()
+
+    bpy.ops.preferences.addon_disable(module=NAME)
+    assert not traces(), ("left behind", traces())
+    started = time.perf_counter()
+    bpy.ops.preferences.addon_enable(module=NAME)
+    took = time.perf_counter() - started
+    assert traces() == enabled, traces() ^ enabled
+    bpy.utils.load_scripts(reload_scripts=True)
+    assert NAME in bpy.context.preferences.addons
+    assert traces() == enabled, ("after a reload", traces() ^ enabled)
+    bpy.ops.wm.read_homefile()
+    assert traces() == enabled, ("after a new file", traces() ^ enabled)
+    bpy.ops.preferences.addon_disable(module=NAME)
+    assert not traces(), ("left behind at the end", traces())
+assert "Traceback" not in said.getvalue() and "Warning" not in said.getvalue(), said.getvalue()
+assert took < 0.5, took
+print("installed", bpy.app.version_string, f"{took * 1e3:.0f} ms to enable again", flush=True)
+os._exit(0)  # after reloading all scripts the module of Blender 4.5 hangs as it exits, with or without this add-on
 """
 
 PLAIN = """
@@ -53,12 +97,12 @@ print("rendered", bpy.app.version_string)
 """
 
 
-def plain_python(script, *words, folder):
+def plain_python(script, *words, folder, python=sys.executable):
     """Run a script in a Python that does not see this repository, with Blender's user folders in `folder`."""
     environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
     environment["BLENDER_USER_RESOURCES"] = str(folder)
     return subprocess.run(
-        [sys.executable, "-c", script, *map(str, words)],
+        [str(python), "-c", script, *map(str, words)],
         capture_output=True,
         text=True,
         cwd=folder,
@@ -72,14 +116,30 @@ def test_versions_agree():
     assert manifest["version"] == nim_addon.__version__
 
 
-def test_package_installs_in_blender(tmp_path, capfd):
+@pytest.fixture(scope="module")
+def zipped():
+    """The extension's zip, just built and validated by Blender's own tool."""
     assert build.package(Path(sys.executable), []) == 0
-    zipped = ROOT / "dist" / f"nim_addon-{nim_addon.__version__}.zip"
+    return ROOT / "dist" / f"nim_addon-{nim_addon.__version__}.zip"
+
+
+def test_package_holds_what_it_needs(zipped):
     names = zipfile.ZipFile(zipped).namelist()
-    assert "osl/nim_interface.osl" in names
-    assert "LICENSE" in names
-    assert not [name for name in names if "__pycache__" in name]
-    done = plain_python(INSTALL, zipped, folder=tmp_path)
+    for needed in ("LICENSE", "osl/nim_interface.osl", "assets/nim_assets.blend", "assets/blender_assets.cats.txt"):
+        assert needed in names
+    assert any(name.startswith("presets/") for name in names)
+    assert not [name for name in names if "__pycache__" in name or name.endswith((".blend1", ".whl"))]
+    assert zipped.stat().st_size < 3_000_000
+
+
+@pytest.mark.parametrize("version", ["", "5.0", "5.2"])
+def test_package_installs_enables_and_leaves_nothing(zipped, version, tmp_path):
+    python = ROOT / f".venv-{version}" / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+    if not version:
+        python = sys.executable
+    elif not python.exists():
+        pytest.skip(f"no environment of Blender {version}: python3 build.py setup --blender {version}")
+    done = plain_python(INSTALL, zipped, folder=tmp_path, python=python)
     assert "installed" in done.stdout, done.stdout + done.stderr
 
 

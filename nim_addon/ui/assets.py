@@ -1,12 +1,74 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The asset library, registered by one click."""
+"""The asset library: materials, objects and the node group, ready to drag into a file; registered by one click."""
 
-CLASSES = ()
+from pathlib import Path
+
+import bpy
+from bpy.app.translations import pgettext_rpt as rpt_
+
+NAME = "NIM for Blender"
+FOLDER = Path(__file__).resolve().parents[1] / "assets"
+
+
+def library():
+    """The bpy.types.UserAssetLibrary of the preferences that is ours, or None."""
+    libraries = bpy.context.preferences.filepaths.asset_libraries
+    return next((one for one in libraries if one.path and Path(bpy.path.abspath(one.path)) == FOLDER), None)
+
+
+class NIM_OT_register_assets(bpy.types.Operator):
+    """Show the add-on's materials and objects in the Asset Browser, as a library of their own"""
+
+    bl_idname = "nim.register_assets"
+    bl_label = "Add Asset Library"
+    bl_options = {"REGISTER"}
+
+    @classmethod
+    def poll(cls, context):
+        if library():
+            cls.poll_message_set("The asset library is registered already")
+            return False
+        return True
+
+    def execute(self, context):
+        if not (FOLDER / "nim_assets.blend").is_file():
+            self.report(
+                {"ERROR"}, rpt_("The asset library is missing from this installation: install the add-on again")
+            )
+            return {"CANCELLED"}
+        context.preferences.filepaths.asset_libraries.new(name=NAME, directory=str(FOLDER))
+        context.preferences.is_dirty = True
+        self.report({"INFO"}, rpt_("{name} is in the Asset Browser's list of libraries").format(name=NAME))
+        return {"FINISHED"}
+
+
+class NIM_OT_unregister_assets(bpy.types.Operator):
+    """Take the add-on's library out of the Asset Browser; what was used of it stays in the files"""
+
+    bl_idname = "nim.unregister_assets"
+    bl_label = "Remove Asset Library"
+    bl_options = {"REGISTER"}
+
+    @classmethod
+    def poll(cls, context):
+        if not library():
+            cls.poll_message_set("The asset library is not registered")
+            return False
+        return True
+
+    def execute(self, context):
+        context.preferences.filepaths.asset_libraries.remove(library())
+        context.preferences.is_dirty = True
+        self.report({"INFO"}, rpt_("{name} is no longer in the Asset Browser").format(name=NAME))
+        return {"FINISHED"}
+
+
+CLASSES = (NIM_OT_register_assets, NIM_OT_unregister_assets)
 
 
 def register():
-    """Add what is no class."""
+    """Nothing more than the classes."""
 
 
 def unregister():
-    """Take it back."""
+    """Nothing: a library that a person added to the preferences is theirs to remove."""

@@ -6,6 +6,10 @@ import time
 import bpy
 
 import nim_addon
+from nim_addon.cycles import versions
+from nim_addon.cycles.material import interface_material
+from nim_addon.physics import Medium
+from nim_addon.ui.versions import update_opened_file
 
 
 def registered():
@@ -18,7 +22,8 @@ def test_enable_disable_enable_leaves_nothing(addon):
     before = registered()
     addon_utils.disable(addon, default_set=True)
     assert not registered()
-    assert not any(hasattr(kind, "nim") for kind in (bpy.types.Scene, bpy.types.Material, bpy.types.Object))
+    for kind in (bpy.types.Scene, bpy.types.Material, bpy.types.Object, bpy.types.WindowManager):
+        assert not [name for name in kind.bl_rna.properties.keys() if name.startswith("nim")]  # noqa: SIM118
     addon_utils.enable(addon, default_set=True)
     assert registered() == before
 
@@ -28,3 +33,32 @@ def test_registration_is_instant(addon):
     started = time.perf_counter()
     nim_addon.register()
     assert time.perf_counter() - started < 0.05
+
+
+def test_an_opened_file_is_brought_up_to_date(addon, data):
+    bpy.ops.wm.open_mainfile(filepath=str(data / "earlier_version.blend"))
+    assert {"First", "Linked", "Nodes"} <= set(bpy.data.materials.keys())
+    assert not versions.outdated()
+    assert not bpy.ops.nim.update_file.poll()
+
+
+def test_a_file_that_was_open_before_is_updated_by_a_button_and_undo_takes_it_back(addon, data, press):
+    import addon_utils
+
+    addon_utils.disable(addon, default_set=True)
+    bpy.ops.wm.open_mainfile(filepath=str(data / "earlier_version.blend"))
+    assert len(versions.outdated()) == 2
+    addon_utils.enable(addon, default_set=True)
+    bpy.ops.ed.undo_push(message="Before")
+    assert press("nim.update_file") == {"FINISHED"}
+    assert not versions.outdated()
+    bpy.ops.ed.undo()
+    assert len(versions.outdated()) == 2
+
+
+def test_looking_through_an_opened_file_takes_no_time(addon):
+    for index in range(50):
+        interface_material(f"{index}", Medium(-1.5), backend="nodes")
+    started = time.perf_counter()
+    update_opened_file()
+    assert time.perf_counter() - started < 0.002

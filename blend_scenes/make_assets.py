@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Write the asset library, nim_addon/assets/nim_assets.blend (or into the folder given), with previews by the physics.
+
+Materials, objects and the node group, all in Blender's own nodes, so that any build and device can render them. The
+catalogs are those of blender_assets.cats.txt beside it. Each preview is a render of the sphere scene's ground and sky
+with the asset on it: some minutes in all.
+"""
+
+import os
+import shutil
+import sys
+import tempfile
+from pathlib import Path
+
+# Blender notes the user's home folder in each file it saves
+os.environ["HOME"] = "/"
+
+import bpy
+import numpy as np
+
+from nim_addon.cycles.material import interface_group, interface_material
+from nim_addon.cycles.render import quiet
+from nim_addon.physics import MEDIA
+from nim_addon.scenes import shapes, sphere, surfaces
+from nim_addon.scenes.stage import Stage
+
+HOME = Path(__file__).resolve().parents[1] / "nim_addon" / "assets"
+SIZE, ICON, SAMPLES = 128, 32, 128
+
+# Names, the medium's name in MEDIA, and what a person reads.
+MATERIALS = (
+    ("Water", "water", "Water in air, n = 1.33"),
+    ("Glass", "glass", "Glass in air, n = 1.5"),
+    ("Diamond", "diamond", "Diamond in air, n = 2.418: reflects 17 % straight on"),
+    ("NIM -1.025", "nim-1.025", "Negative-index material, n = -1.025: bends backwards and reflects almost nothing"),
+    ("NIM -1.33", "nim-1.33", "Negative-index material, n = -1.33: the counterpart of water"),
+    ("NIM -1.5", "nim-1.5", "Negative-index material, n = -1.5: the counterpart of glass"),
+    ("NIM -2.418", "nim-2.418", "Negative-index material, n = -2.418: the counterpart of diamond"),
+    ("NIM -4.1", "nim-4.1", "Negative-index material, n = -4.1: reflects 37 % straight on"),
+    ("NIM -1.33, mu -10", "nim-mu10", "Negative-index material, n = -1.33, mu = -10: impedance 7.5, a strong mirror"),
+    ("NIM -1.33, mu -25", "nim-mu25", "Negative-index material, n = -1.33, mu = -25: impedance 19, almost a mirror"),
+)
+
+
+def catalogs():
+    """The catalogs' identifiers by the last word of their path."""
+    lines = (HOME / "blender_assets.cats.txt").read_text().splitlines()
+    rows = [line.split(":") for line in lines if line.count(":") == 2 and not line.startswith("#")]
+    return {path.rpartition("/")[2]: identifier for identifier, path, _ in rows}
+
+
+def stand():
+    """The stage that previews are taken on, without an asset: the sphere scene's ground and sky, seen closer."""
+    stage = Stage("assets", (SIZE, SIZE), "nodes")
+    ground = surfaces.checker("Ground", (0.78, 0.70, 0.56), (0.11, 0.09, 0.075), 0.8)
+    stage.mesh("Ground", *shapes.rectangle((-200, -200), (200, 200)), ground, location=(0.3, 0.2, 0))
+    sky = surfaces.sky(
+        "Sky", (0.62, 0.80, 1.0), (0.03, 0.14, 0.55), glow=((-0.56, -0.36, 0.75), (62.0, 54.0, 42.0), 8.0)
+    )
+    stage.world(sky, aim=256)
+    stage.camera((0, -7.0, 1.9), (0, 0, 0.98), 20)
+    stage.scene.cycles.samples = SAMPLES
+    stage.scene.cycles.use_denoising = True
+    return stage
+
+
+def picture(scene):
+    """Render a scene; (SIZE, SIZE, 4) floats as displayed, the first row at the bottom."""
+    with tempfile.TemporaryDirectory() as work, quiet():
+        scene.render.image_settings.file_format = "PNG"
+        scene.render.filepath = str(Path(work, "preview.png"))
+        bpy.ops.render.render(write_still=True, scene=scene.name)
+        image = bpy.data.images.load(scene.render.filepath)
+        pixels = np.array(image.pixels[:], np.float32).reshape(SIZE, SIZE, 4)
+        bpy.data.images.remove(image)
+    return pixels
+
+
+def mark(data, catalog, description, tags, pixels):
+    """Make a data-block an asset, with a preview and its icon."""
+    data.use_fake_user = True
+    data.asset_mark()
+    about = data.asset_data
+    about.catalog_id, about.description, about.license = catalog, description, "GPL-3.0-or-later"
+    for tag in ("negative index", *tags):
+        about.tags.new(tag, skip_if_exists=True)
+    preview = data.preview_ensure()
+    preview.image_size = (SIZE, SIZE)
+    preview.image_pixels_float.foreach_set(pixels.ravel())
+    small = pixels.reshape(ICON, SIZE // ICON, ICON, SIZE // ICON, 4).mean((1, 3))
+    preview.icon_size = (ICON, ICON)
+    preview.icon_pixels_float.foreach_set(small.astype(np.float32).ravel())
+
+
+def things(stage, material):
+    """The small objects, one standing at the middle of the stage: names, object, what a person reads."""
+    ball = sphere.ball(stage, "NIM Sphere", (0, 0, 1.001), 1.0, material)
+    slab = stage.mesh("NIM Slab", *shapes.box((-1.2, -0.25, 0), (1.2, 0.25, 1.6)), material, location=(0, 0, 0.001))
+    slab.rotation_euler.z = 0.5
+    corners = np.array([(-1.0, 0.0), (1.0, 0.0), (0.0, 1.732)])
+    ends = [np.insert(corners, 1, y, axis=1) for y in (-0.75, 0.75)]
+    faces = [(0, 1, 2), (5, 4, 3), (0, 3, 4, 1), (1, 4, 5, 2), (2, 5, 3, 0)]
+    prism = stage.mesh("NIM Prism", np.concatenate(ends), faces, material, location=(0, 0, 0.001))
+    prism.rotation_euler.z = 0.6
+    return (
+        (ball, "A sphere of 2 m, round at every distance: a lens that turns the picture and focuses within itself"),
+        (slab, "A slab 0.5 m thick: shifts a beam to the other side, and refocuses what stands close to it"),
+        (prism, "A prism of three equal sides of 2 m: sends light to the side that glass does not"),
+    )
+
+
+def main(folder):
+    """Make everything, and write it."""
+    with quiet():
+        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    catalog = catalogs()
+    stage = stand()
+    made = []
+    ball = sphere.ball(stage, "Ball", (0, 0, 1.001), 1.0, None)
+    for name, medium, description in MATERIALS:
+        material = interface_material(name, MEDIA[medium], backend="nodes")
+        ball.data.materials.clear()
+        ball.data.materials.append(material)
+        kind = "NIM" if MEDIA[medium].is_nim else "dielectric"
+        # the light that a strong mirror keeps inside for long is rare, and bright
+        stage.scene.cycles.samples = SAMPLES * (1 if abs(MEDIA[medium].mu) == 1 else 4)
+        mark(material, catalog["Materials"], description, (kind, "refraction"), picture(stage.scene))
+        made.append(material)
+    stage.scene.cycles.samples = SAMPLES
+    material = bpy.data.materials["NIM -1.5"]
+    group = interface_group("nodes")
+    what = "An interface between two media of any index and permeability, in Blender's own nodes"
+    ball.data.materials[0] = material
+    bpy.data.objects["Ground"].data.materials[0] = surfaces.checker("Paper", (0.9, 0.9, 0.9), (0.05, 0.2, 0.35), 0.4)
+    mark(group, catalog["Node Groups"], what, ("NIM", "interface"), picture(stage.scene))
+    made.append(group)
+    bpy.data.objects["Ground"].data.materials[0] = bpy.data.materials["Ground"]
+    bpy.data.objects.remove(ball)
+    shown = things(stage, material)
+    # something to see through flat faces
+    sphere.ball(stage, "Red", (0.5, 2.2, 0.6), 0.6, surfaces.plain("Red", (0.75, 0.03, 0.02)))
+    stage.camera((0, -7.0, 2.6), (0, 0, 0.8), 26)
+    for thing, description in shown:
+        for other, _ in shown:
+            other.hide_render = other is not thing
+        mark(thing, catalog["Objects"], description, ("NIM", "shape"), picture(stage.scene))
+        made.append(thing)
+    for thing, _ in shown:
+        thing.hide_render = False
+        thing.rotation_euler.z = 0
+        for key in list(thing.keys()):  # the stage's mark: it is on none now
+            del thing[key]
+    with tempfile.TemporaryDirectory() as work, quiet():
+        file = Path(work, "nim_assets.blend")
+        bpy.data.libraries.write(str(file), set(made), fake_user=True, compress=True)
+        target = shutil.copy(file, folder / ".nim_assets.part.blend")
+        os.replace(target, folder / "nim_assets.blend")
+    print(f"nim_assets.blend, {len(made)} assets, {(folder / 'nim_assets.blend').stat().st_size / 1e3:.0f} kB")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]).resolve() if len(sys.argv) > 1 else HOME)

@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The asset library: registered by one click, catalogued, with previews that show something, and it renders."""
+
+import bpy
+import numpy as np
+import pytest
+
+from nim_addon.cycles import material
+from nim_addon.cycles.material import interface_nodes, interface_of
+from nim_addon.physics import MEDIA
+from nim_addon.scenes.sphere import ball
+from nim_addon.scenes.stage import Stage
+from nim_addon.ui import assets
+
+FILE = assets.FOLDER / "nim_assets.blend"
+KINDS = ("materials", "objects", "node_groups")
+
+
+@pytest.fixture
+def stored(empty_file):
+    """What the library holds, appended: a list of data-blocks marked as assets."""
+    with bpy.data.libraries.load(str(FILE), assets_only=True) as (there, wanted):
+        for kind in KINDS:
+            setattr(wanted, kind, getattr(there, kind))
+    return [data for kind in KINDS for data in getattr(wanted, kind)]
+
+
+def libraries():
+    return [one.name for one in bpy.context.preferences.filepaths.asset_libraries]
+
+
+def test_one_click_adds_the_library_and_one_takes_it_out(addon, press):
+    before = libraries()
+    assert press("nim.register_assets") == {"FINISHED"}
+    assert libraries() == [*before, assets.NAME]
+    assert not bpy.ops.nim.register_assets.poll()
+    assert press("nim.unregister_assets") == {"FINISHED"}
+    assert libraries() == before
+    assert not bpy.ops.nim.unregister_assets.poll()
+
+
+def test_a_missing_library_is_said(addon, press, monkeypatch, tmp_path):
+    monkeypatch.setattr(assets, "FOLDER", tmp_path)
+    with pytest.raises(RuntimeError, match="install the add-on again"):
+        press("nim.register_assets")
+
+
+def test_every_asset_has_catalog_description_tags_and_preview(stored):
+    lines = (assets.FOLDER / "blender_assets.cats.txt").read_text().splitlines()
+    catalogs = {line.split(":")[0] for line in lines if line.count(":") == 2 and line[0] != "#"}
+    assert len(stored) == 14
+    for data in stored:
+        about = data.asset_data
+        assert about.catalog_id in catalogs, data.name
+        assert about.description and len(about.tags) >= 2 and not about.author
+        width, height = data.preview.image_size
+        assert width >= 128
+        pixels = np.array(data.preview.image_pixels_float[:]).reshape(height, width, 4)
+        assert pixels[..., :3].std() > 0.05, f"{data.name} shows nothing"
+        assert pixels[..., 3].min() == 1.0
+
+
+def test_the_library_is_small_and_of_the_present_version(stored):
+    assert FILE.stat().st_size < 1_000_000
+    groups = [group for group in bpy.data.node_groups if group.get(material.MARK)]
+    assert [group.name for group in groups] == ["NIM Interface (nodes)"]
+    assert groups[0][material.VERSION_MARK] == material.VERSION, "run python3 build.py scenes"
+
+
+def test_the_materials_are_the_media(stored):
+    held = {interface_of(interface_nodes(data)[0]).inside for data in stored if isinstance(data, bpy.types.Material)}
+    near = {(round(medium.n, 4), round(medium.mu, 4)) for medium in held}
+    assert near == {(medium.n, medium.mu) for name, medium in MEDIA.items() if name not in ("vacuum", "air")}
+
+
+def test_what_is_dragged_into_a_file_renders(stored, render):
+    stage = Stage("assets", (32, 32), "nodes")
+    shown = next(data for data in stored if data.name == "NIM -1.5")
+    ball(stage, "Sphere", (0, 0, 0), 1.0, shown)
+    stage.camera((0, -4, 0), (0, 0, 0), 35)
+    world = bpy.data.worlds.new("World")
+    if world.node_tree is None:
+        world.use_nodes = True
+    world.node_tree.nodes["Background"].inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
+    stage.world(world)
+    stage.scene.cycles.samples = 4
+    assert render(stage.scene).mean() == pytest.approx(1.0, abs=2e-3)
+
+
+def test_the_objects_are_closed_and_face_outwards(stored):
+    import bmesh
+
+    for data in stored:
+        if isinstance(data, bpy.types.Object):
+            shape = bmesh.new()
+            shape.from_mesh(data.data)
+            assert shape.calc_volume(signed=True) > 0, data.name
+            assert all(edge.is_manifold for edge in shape.edges), data.name
+            shape.free()

@@ -198,6 +198,10 @@ for backend in ("osl", "nodes"):
     value = one.node_tree.nodes.new("ShaderNodeValue")
     value.outputs[0].default_value = -2.418
     one.node_tree.links.new(value.outputs[0], node.inputs["Index Inside"])
+chosen = bpy.context.scene.nim_scenes
+chosen.scene = "pool"
+chosen.pool.waves, chosen.pool.seed, chosen.pool.sky, chosen.quality = 0.125, 7, "sunny", "GOOD"
+assert bpy.ops.nim.build_scene() == {"FINISHED"}
 bpy.ops.wm.save_as_mainfile(filepath=sys.argv[1])
 """
 
@@ -221,6 +225,9 @@ for backend in ("osl", "nodes"):
     assert bpy.data.materials[backend].node_tree.animation_data.action
     group = node.node_tree
     assert len(group.links) > 6 and all(link.is_valid for link in group.links)
+chosen = bpy.data.scenes["NIM pool"].nim_scenes
+assert chosen.scene == "pool" and chosen.quality == "GOOD"
+assert (chosen.pool.waves, chosen.pool.seed, chosen.pool.sky) == (0.125, 7, "sunny")
 bpy.ops.wm.save_as_mainfile(filepath=sys.argv[1])
 print("survived", bpy.app.version_string)
 """

@@ -21,6 +21,7 @@ from .material import (
     number,
     permeability_property,
 )
+from .translations import OWN
 
 SEGMENTS = 128
 
@@ -125,7 +126,9 @@ class NIM_OT_add_object(bpy.types.Operator):
     bl_label = "Add Negative-Index Object"
     bl_options = {"REGISTER", "UNDO"}
 
-    shape: bpy.props.EnumProperty(name="Shape", description="What body to add", items=SHAPE_ITEMS)
+    shape: bpy.props.EnumProperty(
+        name="Shape", description="What body to add", items=SHAPE_ITEMS, translation_context=OWN
+    )
     size: bpy.props.FloatProperty(
         name="Size",
         description="Its width: the sphere's and the liquid's diameter, the slab's and the prism's side",
@@ -174,7 +177,7 @@ class NIM_OT_add_object(bpy.types.Operator):
         if self.shape == "sphere":
             make_round(thing, self.size / 2)
         text = pgettext_rpt("{name} of index {n} added")
-        self.report({"INFO"}, text.format(name=pgettext_rpt(name), n=number(medium.n)))
+        self.report({"INFO"}, text.format(name=pgettext_rpt(name, OWN), n=number(medium.n)))
         return {"FINISHED"}
 
     def draw(self, context):
@@ -220,7 +223,7 @@ class NIM_MT_add_mesh(bpy.types.Menu):
     def draw(self, context):
         """Draw an entry for each shape."""
         for identifier, name, _, icon, _ in SHAPE_ITEMS:
-            self.layout.operator("nim.add_object", text=name, icon=icon).shape = identifier
+            self.layout.operator("nim.add_object", text=name, text_ctxt=OWN, icon=icon).shape = identifier
 
 
 def _node_menu(self, context):

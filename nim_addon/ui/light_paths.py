@@ -520,7 +520,10 @@ def _draw_paths(scene, source, paths, thickness, through):
         collection = bpy.data.collections.new(COLLECTION)
         collection[MARK] = True
         scene.collection.children.link(collection)
-    radius = (paths.energy**THINNING).astype(np.float32)
+    radius = np.repeat((paths.energy**THINNING).astype(np.float32)[:, None], 2, axis=1)
+    if source == "camera":
+        # pointed at the lens: who looks through the camera would look into tubes, and see nothing else
+        radius[paths.depth == 0, 0] = 0
     ends = np.stack([np.insert(paths.start, 3, 1, axis=1), np.insert(paths.end, 3, 1, axis=1)], axis=1)
     ends = ends.reshape(-1, 8).astype(np.float32)
     for kind in Kind:
@@ -535,7 +538,7 @@ def _draw_paths(scene, source, paths, thickness, through):
             points = curve.splines.new("POLY").points
             points.add(1)
             points.foreach_set("co", ends[segment])
-            points.foreach_set("radius", radius[[segment, segment]])
+            points.foreach_set("radius", radius[segment])
         thing = bpy.data.objects.new(curve.name, curve)
         thing[MARK] = source
         # a camera sees them, and through interfaces if wished; nothing is lit or shaded by them

@@ -11,6 +11,7 @@ from bpy.app.translations import pgettext_iface, pgettext_rpt
 from ..cycles.material import MARK, interface_nodes, interface_of, osl_available, resolve, switch_backend
 from ..physics import MEDIA, Interface, Medium
 from . import curve, preferences, warnings
+from .translations import OWN
 
 # Of media with the same numbers the first stands for all. The numbers are kept in files: never change one.
 MEDIUM_NUMBERS = {
@@ -179,6 +180,7 @@ def _medium(side):
         name="Medium",
         description="A ready medium; n and mu can be typed below",
         items=MEDIUM_ITEMS,
+        translation_context=OWN,
         get=read,
         set=write,
         options=set(),
@@ -201,7 +203,9 @@ class NIM_PG_material(bpy.types.PropertyGroup):
 
 def medium_property(default, name, description):
     """An EnumProperty of the ready media, for an operator."""
-    return bpy.props.EnumProperty(name=name, description=description, items=MEDIUM_ITEMS, default=default)
+    return bpy.props.EnumProperty(
+        name=name, description=description, items=MEDIUM_ITEMS, default=default, translation_context=OWN
+    )
 
 
 def index_property(default):

@@ -139,9 +139,8 @@ class _Check:
             self.answer = json.loads(self._target().read_text(encoding="utf-8"))
         except (OSError, ValueError):
             lines = self._log().read_text(encoding="utf-8", errors="replace").split("\n")
-            self.error = next(
-                (line.strip() for line in reversed(lines) if "Error" in line), f"exit code {self.process.returncode}"
-            )
+            nothing = rpt_("exit code {code}").format(code=self.process.returncode)
+            self.error = next((line.strip() for line in reversed(lines) if "Error" in line), nothing)
         self._clean_up()
 
     def stop(self):

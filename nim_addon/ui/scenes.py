@@ -18,6 +18,7 @@ from ..physics import MEDIA, Medium
 from ..scenes import SCENES, scene_type
 from ..scenes import stage as stages
 from . import preferences
+from .translations import OWN
 
 PACKAGE = Path(__file__).parents[1]
 
@@ -59,6 +60,7 @@ def _float(name, description, low, high, default, unit=""):
         precision=3,
         step=1,
         unit="LENGTH" if unit == "m" else "NONE",
+        translation_context=OWN,
         update=_changed,
     )
 
@@ -288,7 +290,11 @@ class NIM_OT_build_scene(bpy.types.Operator):
         name = context.scene.nim_scenes.scene
         scene = stages.built(name)
         if scene is None:
-            return self.execute(context)
+            if not _previews_render():
+                return self.execute(context)
+            self.timer = context.window_manager.event_timer_add(0.05, window=context.window)
+            context.window_manager.modal_handler_add(self)
+            return {"RUNNING_MODAL"}
         return context.window_manager.invoke_confirm(
             self,
             event,
@@ -299,6 +305,12 @@ class NIM_OT_build_scene(bpy.types.Operator):
             confirm_text=pgettext_iface("Replace"),
             icon="QUESTION",
         )
+
+    def modal(self, context, event):
+        if event.type != "TIMER" or _previews_render():
+            return {"PASS_THROUGH"}
+        context.window_manager.event_timer_remove(self.timer)
+        return self.execute(context)
 
     def execute(self, context):
         settings = context.scene.nim_scenes
@@ -318,6 +330,11 @@ class NIM_OT_build_scene(bpy.types.Operator):
             _look_through_camera(context.window)
         self.report({"INFO"}, pgettext_rpt("Built {}").format(scene.name))
         return {"FINISHED"}
+
+
+def _previews_render():
+    """Whether a material's icon is being rendered: Blender hangs where a script sets a scene's engine meanwhile."""
+    return bpy.app.is_job_running("RENDER_PREVIEW")
 
 
 def _look_through_camera(window):

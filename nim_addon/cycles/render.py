@@ -14,6 +14,7 @@ import threading
 from pathlib import Path
 
 import bpy
+import numpy as np
 
 # The attribute of our images that holds, as JSON, everything that made them.
 ATTRIBUTE = "nimray"
@@ -191,6 +192,23 @@ def _keep_noise(scene, result, linear):
     picture = oiio.ImageBufAlgo.channels(image_of(layers), noisy, newchannelnames=tuple("RGB"))
     if picture.has_error or not picture.write(str(linear)):
         raise RuntimeError(f"Blender kept no image without denoising: {picture.geterror()}")
+
+
+def pixels_of(scene):
+    """Render a bpy.types.Scene as it is set up; returns linear float64 (height, width, 3), the first row at the bottom."""
+    image = scene.render.image_settings
+    with tempfile.TemporaryDirectory() as folder, quiet():
+        _media(image, "IMAGE")
+        image.file_format, image.color_mode, image.color_depth = "OPEN_EXR", "RGB", "32"
+        scene.render.filepath = str(Path(folder, "picture.exr"))
+        bpy.ops.render.render(write_still=True, scene=scene.name)
+        loaded = bpy.data.images.load(scene.render.filepath)
+        loaded.colorspace_settings.name = "Non-Color"
+        pixels = np.empty(loaded.size[0] * loaded.size[1] * loaded.channels, np.float32)
+        loaded.pixels.foreach_get(pixels)
+        pixels = pixels.reshape(loaded.size[1], loaded.size[0], loaded.channels)
+        bpy.data.images.remove(loaded)
+    return pixels[..., :3].astype(float)
 
 
 def image_of(path):

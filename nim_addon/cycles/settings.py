@@ -11,7 +11,8 @@ def lossless(scene, backend):
 
     backend: "osl" or "nodes" (material.resolve)
     """
-    scene.render.engine = "CYCLES"
+    if scene.render.engine != "CYCLES":  # setting it stops Cycles' previews, and waits for them, for nothing
+        scene.render.engine = "CYCLES"
     cycles = scene.cycles
     cycles.device = "CPU"
     cycles.shading_system = backend == "osl"
@@ -31,3 +32,13 @@ def lossless(scene, backend):
     scene.render.film_transparent = False
     scene.render.use_compositing = False
     scene.render.use_sequencer = False
+
+
+def one_sample(scene, index, total):
+    """Let `scene` render sample `index` of `total` alone, counted from 0."""
+    cycles = scene.cycles
+    cycles.sample_offset = index
+    if hasattr(cycles, "use_sample_subset"):  # from 4.5
+        cycles.use_sample_subset, cycles.samples, cycles.sample_subset_length = True, total, 1
+    else:
+        cycles.samples = 1

@@ -8,9 +8,7 @@ that glows with the x where it was hit. Each path ends in one of them: red is R,
 
 import contextlib
 import math
-import tempfile
 from dataclasses import asdict, dataclass
-from pathlib import Path
 
 import bpy
 import mathutils
@@ -19,7 +17,7 @@ import numpy as np
 from ..physics import MEDIA, Interface, Medium
 from . import settings
 from .material import interface_material, resolve
-from .render import quiet
+from .render import pixels_of
 
 # degrees; 48 lies just below the critical angle of 1.33 to air, 48.75
 ANGLES = (0.0, 30.0, 48.0, 60.0, 80.0, 89.0)
@@ -199,24 +197,6 @@ def _beam(scene, angle, strips):
     scene.render.resolution_percentage = 100
 
 
-def _pixels(scene):
-    """Render; (height, width, 3) floats, the first row at the bottom."""
-    image = scene.render.image_settings
-    with tempfile.TemporaryDirectory() as folder, quiet():
-        if hasattr(image, "media_type"):
-            image.media_type = "IMAGE"
-        image.file_format, image.color_mode, image.color_depth = "OPEN_EXR", "RGB", "32"
-        scene.render.filepath = str(Path(folder, "beam.exr"))
-        bpy.ops.render.render(write_still=True, scene=scene.name)
-        loaded = bpy.data.images.load(scene.render.filepath)
-        loaded.colorspace_settings.name = "Non-Color"
-        pixels = np.empty(loaded.size[0] * loaded.size[1] * loaded.channels, np.float32)
-        loaded.pixels.foreach_get(pixels)
-        pixels = pixels.reshape(loaded.size[1], loaded.size[0], loaded.channels)
-        bpy.data.images.remove(loaded)
-    return pixels[..., :3].astype(float)
-
-
 # ------------------------------------------------------------------------------------------------ the measurements
 
 
@@ -260,7 +240,7 @@ def _measure_angle(angle, backend):
             material = interface_material("NIM strip", interface.inside, interface.outside, backend=backend)
             _strip(scene, material, row * PITCH, (row + 1) * PITCH, 0.0, flipped)
         _beam(scene, angle, len(views))
-        pixels = _pixels(scene)
+        pixels = pixels_of(scene)
     theta = math.radians(angle)
     entry = (np.arange(ACROSS) + 0.5 - ACROSS / 2) * PITCH / ALONG / math.cos(theta)
     checks = []
@@ -290,7 +270,7 @@ def _measure_chain(angle, backend):
             for i in range(CHAIN):
                 _strip(scene, material, row * PITCH, (row + 1) * PITCH, -i / CHAIN, flipped=i % 2 == 1)
         _beam(scene, angle, len(media))
-        pixels = _pixels(scene)
+        pixels = pixels_of(scene)
     checks = []
     for row, medium in enumerate(media):
         r = float(Interface(medium).fresnel(math.cos(math.radians(angle))).R)
@@ -314,7 +294,7 @@ def _measure_furnace(_, backend):
             scene.camera.data.ortho_scale = 2.0
             scene.camera.location = (0, 0, 4)
             scene.cycles.samples = 16
-            mean = float(_pixels(scene).mean())
+            mean = float(pixels_of(scene).mean())
         checks.append(_within("furnace", _labels(Interface(medium), False), 0.0, 1.0, mean, FURNACE_TOLERANCE))
     return checks
 

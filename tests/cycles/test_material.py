@@ -291,7 +291,9 @@ def test_between_dielectrics_the_nodes_are_blenders_glass(inside, outside, empty
     pictures = []
     for glass in (False, True):
         stage = Stage("glass", (48, 48), "nodes")
-        stage.mesh("Floor", *shapes.rectangle((-9, -9), (9, 9), -1.2), emission("Floor", lambda nodes: (0.9, 0.5, 0.1, 1)))
+        stage.mesh(
+            "Floor", *shapes.rectangle((-9, -9), (9, 9), -1.2), emission("Floor", lambda nodes: (0.9, 0.5, 0.1, 1))
+        )
         one = interface_material("Sphere", Medium(inside), Medium(outside), backend="nodes")
         if glass:
             nodes = surfaces.Nodes(one)

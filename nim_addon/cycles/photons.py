@@ -1,0 +1,291 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Photons: Cycles renders from the light, with the same shader, and every pixel says where its photon landed.
+
+An orthographic camera looks along the sun's light; its lens is as wide as the sun's disk, so that the rays through each
+point of the focal plane come from all of the disk. Every opaque surface shines with the place that was hit, and only if
+the path met an interface before: light that reaches a surface straight is the path tracer's.
+"""
+
+import math
+from typing import NamedTuple
+
+import bpy
+import mathutils
+import numpy as np
+
+from . import settings
+from .material import interface_nodes, resolve
+from .render import pixels_of
+
+ATTRIBUTE = "nim_place"
+
+
+class Sun(NamedTuple):
+    """Light from far away: `direction` it travels in (3,), `irradiance` (3,) on a plane across its rays, W/m^2 or any
+    unit, `angle` of its disk, radians, and whether it is a Gaussian of that width (1/e to 1/e) rather than a disk."""
+
+    direction: tuple
+    irradiance: tuple
+    angle: float
+    gaussian: bool = False
+
+    def half_angles(self, count, random):
+        """Half-angles, radians, of `count` uniform disks that together are this sun."""
+        if not self.gaussian:
+            return np.full(count, self.angle / 2)
+        # a Gaussian is a mixture of disks whose radius^2 is a sum of two exponential numbers
+        strata = (np.arange(count) + random.random(count)) / count
+        return self.angle / 2 * np.sqrt(_gamma2(random.permutation(strata)))
+
+
+def _gamma2(q):
+    """Quantile q of the sum of two exponential numbers, 1 - (1 + x) e^-x = q, by Newton's method."""
+    x = np.sqrt(2 * q) + q
+    for _ in range(40):
+        x = np.maximum(x - (1 - (1 + x) * np.exp(-x) - q) / np.maximum(x * np.exp(-x), 1e-12), 1e-9)
+    return x
+
+
+class Landed(NamedTuple):
+    """Photons that met an interface and landed: (N,) number of the chart, (N, 2) place in it in metres, (N, 3) power."""
+
+    chart: np.ndarray
+    place: np.ndarray
+    power: np.ndarray
+
+
+class Chart(NamedTuple):
+    """A nearly flat piece of a surface, seen along one axis of the world.
+
+    thing: name of its object; axis: 0 to 5 for +x, -x, +y, -y, +z, -z; low, high: its bounds (2,) in metres, on the two
+    other axes in their order
+    """
+
+    thing: str
+    axis: int
+    low: np.ndarray
+    high: np.ndarray
+
+
+def charts_of(vertices, polygons, normals):
+    """The chart of each face of a mesh: faces that share an edge and look the same way, of six ways.
+
+    vertices: (V, 3); polygons: sequences of vertex indices; normals: (F, 3)
+    Returns (F,) chart numbers from 0, and the axis of each chart.
+    """
+    normals = np.asarray(normals)
+    strongest = np.abs(normals).argmax(axis=1)
+    axis = 2 * strongest + (normals[np.arange(len(normals)), strongest] < 0)
+    parent = np.arange(len(polygons))
+
+    def root(face):
+        while parent[face] != face:
+            parent[face] = parent[parent[face]]
+            face = parent[face]
+        return face
+
+    edges = {}
+    for face, corners in enumerate(polygons):
+        for a, b in zip(corners, [*corners[1:], corners[0]], strict=True):
+            other = edges.setdefault((min(a, b), max(a, b)), face)
+            if axis[other] == axis[face]:
+                parent[root(face)] = root(other)
+    _, first, number = np.unique([root(face) for face in range(len(polygons))], return_index=True, return_inverse=True)
+    return number, axis[first]
+
+
+class Tracer:
+    """A scene made ready for photons: `charts`, a list of Chart, and trace().
+
+    scene:   bpy.types.Scene; nothing of it is changed
+    backend: of its interfaces, as for material.resolve
+    Use it with `with`: what it makes is taken away at the end. Raises ValueError, one sentence, for a scene without an
+    interface or without a surface for the light to land on.
+    """
+
+    def __init__(self, scene, backend="auto"):
+        self.source, self.backend = scene, resolve(backend)
+        self.charts = []
+
+    def __enter__(self):
+        self.before = {kind: set(getattr(bpy.data, kind)) for kind in _KINDS}
+        try:
+            self._build()
+        except BaseException:
+            self.__exit__()
+            raise
+        return self
+
+    def __exit__(self, *_):
+        new = [data for kind in _KINDS for data in set(getattr(bpy.data, kind)) - self.before[kind]]
+        bpy.data.batch_remove([data for data in new if data.name != "Render Result"])
+
+    def _build(self):
+        scene = self.scene = bpy.data.scenes.new("NIM photons")
+        settings.lossless(scene, self.backend)
+        scene.cycles.pixel_filter_type = "BOX"
+        scene.cycles.filter_width = 1.0
+        scene.cycles.use_light_tree = False
+        scene.render.use_persistent_data = True
+        scene.world = bpy.data.worlds.new("NIM photons")
+        scene.world.color = (0, 0, 0)
+        _tree(scene.world)
+        self.shine = _shining()
+        self.dark = bpy.data.materials.new("NIM dark")
+        tree = _tree(self.dark)
+        tree.links.new(
+            tree.nodes.new("ShaderNodeHoldout").outputs[0],
+            tree.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"],
+        )
+        corners = []
+        with bpy.context.temp_override(scene=self.source, view_layer=self.source.view_layers[0]):
+            depsgraph = bpy.context.evaluated_depsgraph_get()
+            for instance in depsgraph.object_instances:
+                thing = instance.object
+                if thing.type == "MESH" and instance.show_self and not thing.original.hide_render:
+                    corners += self._add(thing, instance.matrix_world.copy(), depsgraph)
+        if not corners:
+            raise ValueError("the scene has no interface for light to pass; give a mesh the material of a NIM.")
+        if not self.charts:
+            raise ValueError("the scene has no diffuse surface for light to land on; add a ground or a floor.")
+        self.corners = np.array(corners)
+        self.camera = bpy.data.objects.new("NIM photons", bpy.data.cameras.new("NIM photons"))
+        scene.collection.objects.link(self.camera)
+        scene.camera = self.camera
+
+    def _add(self, thing, matrix, depsgraph):
+        """Put a copy of an object into the scene; returns the corners of its bounding box where it has an interface."""
+        mesh = bpy.data.meshes.new_from_object(thing, preserve_all_data_layers=True, depsgraph=depsgraph)
+        materials = list(mesh.materials) or [None]
+        bends = [bool(interface_nodes(material)) for material in materials]
+        lands = [not b and (m is None or _diffuse(m)) for b, m in zip(bends, materials, strict=True)]
+        if any(lands):
+            self._mark(mesh, matrix, lands, thing.original.name)
+        mesh.materials.clear()
+        for material, bend, land in zip(materials, bends, lands, strict=True):
+            mesh.materials.append(material if bend else self.shine if land else self.dark)
+        copy = bpy.data.objects.new("NIM photons", mesh)
+        copy.matrix_world = matrix
+        self.scene.collection.objects.link(copy)
+        return [tuple(matrix @ mathutils.Vector(corner)) for corner in thing.bound_box] if any(bends) else []
+
+    def _mark(self, mesh, matrix, lands, name):
+        """Give each corner of the faces that light lands on its place in a chart: (1 to 2, 1 to 2, chart + 1)."""
+        frame = np.array(matrix)
+        vertices = _read(mesh.vertices, "co", 3) @ frame[:3, :3].T + frame[:3, 3]
+        normals = _read(mesh.polygons, "normal", 3) @ np.linalg.inv(frame[:3, :3])
+        polygons = [tuple(polygon.vertices) for polygon in mesh.polygons]
+        number, axes = charts_of(vertices, polygons, normals)
+        slot = np.minimum(_read(mesh.polygons, "material_index", 1, np.int32)[:, 0], len(lands) - 1)
+        face = np.repeat(np.arange(len(polygons)), [len(polygon) for polygon in polygons])
+        at = vertices[np.concatenate(polygons)]
+        values = np.zeros((len(face), 3), np.float32)
+        for chart, axis in enumerate(axes):
+            mine = (number[face] == chart) & np.asarray(lands)[slot[face]]
+            if mine.any():
+                flat = np.delete(at[mine], axis // 2, axis=1)
+                low, high = flat.min(axis=0), flat.max(axis=0)
+                self.charts.append(Chart(name, int(axis), low, high))
+                values[mine, :2] = 1 + (flat - low) / np.maximum(high - low, 1e-9)
+                values[mine, 2] = len(self.charts)
+        layer = mesh.attributes.new(ATTRIBUTE, "FLOAT_VECTOR", "CORNER")
+        layer.data.foreach_set("vector", values.ravel())
+
+    def trace(self, sun, side, passes=1, *, seed=0, progress=None):
+        """Send side x side photons of `sun` at the interfaces, `passes` times; yields a Landed for each pass.
+
+        The power of a photon is a share of the light on a square about the interfaces, `aperture(sun)` square metres.
+        """
+        random = np.random.default_rng(seed)
+        halves = sun.half_angles(passes, random)
+        spread = math.tan(float(halves.max()))
+        frame, reach, width = self._aim(sun, spread)
+        data, scene = self.camera.data, self.scene
+        data.type, data.ortho_scale = "ORTHO", width
+        data.clip_start, data.clip_end = 1e-3, 4 * reach
+        data.dof.use_dof = True
+        data.dof.focus_distance = 2 * reach
+        scene.render.resolution_x = scene.render.resolution_y = side
+        scene.render.resolution_percentage = 100
+        scene.cycles.seed = seed
+        area = (width / side) ** 2
+        for index, half in enumerate(halves):
+            if progress:
+                progress(index, passes)
+            # a lens of that radius at that distance
+            data.dof.aperture_fstop = 1 / max(2 * 2 * reach * math.tan(half), 1e-9)
+            self.camera.matrix_world = frame
+            # the first sample of a pixel sits at its centre, whatever the seed: it is left out
+            settings.one_sample(scene, index + 1, passes + 1)
+            yield self._landed(pixels_of(scene), np.multiply(sun.irradiance, area))
+
+    def _aim(self, sun, spread):
+        """The camera's matrix, the distance of the interfaces' middle, and the width of the square that holds them."""
+        back = -np.asarray(sun.direction, float) / np.linalg.norm(sun.direction)
+        side = np.cross((0, 0, 1) if abs(back[2]) < 0.9 else (0, 1, 0), back)
+        side /= np.linalg.norm(side)
+        axes = np.stack([side, np.cross(back, side), back])
+        low, high = (self.corners @ axes.T).min(axis=0), (self.corners @ axes.T).max(axis=0)
+        depth = high[2] - low[2]
+        reach = float(max(depth, *(high - low)[:2]))
+        # a ray that tilts meets the focal plane elsewhere than the interface
+        width = float((high - low)[:2].max() + depth * spread) * 1.001
+        frame = mathutils.Matrix(axes.T.tolist()).to_4x4()
+        frame.translation = mathutils.Vector(((low + high) / 2) @ axes + 2 * reach * back)
+        return frame, reach, width
+
+    def aperture(self, sun):
+        """Area, m^2 across the light, of the square that trace() sends photons through."""
+        half = 1.5 * sun.angle if sun.gaussian else sun.angle / 2
+        return self._aim(sun, math.tan(half))[2] ** 2
+
+    def _landed(self, pixels, power):
+        values = pixels.reshape(-1, 3)
+        values = values[values[:, 2] > 0.5]
+        chart = np.rint(values[:, 2]).astype(int) - 1
+        low = np.array([one.low for one in self.charts])[chart]
+        high = np.array([one.high for one in self.charts])[chart]
+        place = low + (values[:, :2] - 1) * np.maximum(high - low, 1e-9)
+        return Landed(chart, place, np.broadcast_to(power, (len(chart), 3)))
+
+
+_KINDS = ("objects", "meshes", "materials", "worlds", "cameras", "scenes")
+
+
+def _read(collection, name, width, kind=np.float32):
+    values = np.empty(len(collection) * width, kind)
+    collection.foreach_get(name, values)
+    return values.reshape(-1, width)
+
+
+def _tree(owner):
+    if owner.node_tree is None:  # from 5.0 both come with their tree
+        owner.use_nodes = True
+    owner.node_tree.nodes.clear()
+    return owner.node_tree
+
+
+def _diffuse(material):
+    """Whether light lands on a material: it scatters diffusely."""
+    kinds = {"BSDF_DIFFUSE", "BSDF_PRINCIPLED", "EEVEE_SPECULAR", "SUBSURFACE_SCATTERING", "BSDF_TRANSLUCENT"}
+    return material.node_tree is None or any(node.type in kinds for node in material.node_tree.nodes)
+
+
+def _shining():
+    """A material that emits the corner attribute, where the path met an interface before."""
+    material = bpy.data.materials.new("NIM place")
+    tree = _tree(material)
+    place = tree.nodes.new("ShaderNodeAttribute")
+    place.attribute_name = ATTRIBUTE
+    path = tree.nodes.new("ShaderNodeLightPath")
+    met = tree.nodes.new("ShaderNodeMath")
+    met.operation = "ADD"
+    met.use_clamp = True
+    tree.links.new(path.outputs["Ray Depth"], met.inputs[0])
+    tree.links.new(path.outputs["Transparent Depth"], met.inputs[1])
+    glow = tree.nodes.new("ShaderNodeEmission")
+    tree.links.new(place.outputs["Vector"], glow.inputs["Color"])
+    tree.links.new(met.outputs[0], glow.inputs["Strength"])
+    tree.links.new(glow.outputs[0], tree.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
+    material.cycles.emission_sampling = "NONE"
+    return material

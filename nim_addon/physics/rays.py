@@ -258,6 +258,32 @@ class Cylinder:
         return distance, (away + reached * across) / self.radius
 
 
+@dataclass(frozen=True)
+class Convex:
+    """A solid with flat faces and no hollow, each face by a point on it and its normal, of any length, outwards."""
+
+    points: tuple
+    normals: tuple
+    interface: Interface | None = None
+
+    def meet(self, o, d):
+        """As Sphere.meet."""
+        normals = _unit(self.normals)
+        along = d @ normals.T
+        gap = np.sum(np.asarray(self.points, float) * normals, axis=1) - o @ normals.T
+        with np.errstate(divide="ignore", invalid="ignore"):
+            distances = gap / along
+        # inside it is who has passed every face that is turned to him, and none that is turned away
+        entries = np.where(along < 0, distances, -np.inf)
+        exits = np.where(along > 0, distances, np.inf)
+        first, last = np.max(entries, axis=1), np.min(exits, axis=1)
+        beside = np.any((along == 0) & (gap < 0), axis=1)
+        meets = (first < last) & (last > 0) & ~beside
+        enters = first > 0
+        face = np.where(enters, np.argmax(entries, axis=1), np.argmin(exits, axis=1))
+        return np.where(meets, np.where(enters, first, last), np.inf), normals[face]
+
+
 class Shapes:
     """Several shapes as one: what trace() takes. A shape has `interface` and `meet(origins, directions)`."""
 

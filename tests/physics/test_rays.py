@@ -9,7 +9,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from nim_addon.physics import Interface, Medium
-from nim_addon.physics.rays import Cylinder, Fate, Kind, Plane, Shapes, Sphere, trace
+from nim_addon.physics.rays import Convex, Cylinder, Fate, Kind, Plane, Shapes, Sphere, trace
 
 UP = (0, 0, 1)
 # trace() starts this far off a surface by default, and nothing else is rounded as much
@@ -219,3 +219,30 @@ def test_what_cannot_be_is_refused(one_sentence):
     with pytest.raises(ValueError) as caught:
         trace(ball(-1.5), down[0], (0, 0, 0))
     one_sentence(caught.value, "direction", "zero")
+
+
+CUBE = [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)]
+
+
+def cube(interface=None):
+    """A cube of edge 2 about the origin."""
+    return Convex(tuple(CUBE), tuple(CUBE), interface)
+
+
+def test_a_convex_solid_is_met_on_its_nearest_face():
+    o = np.array([(-3, 0.2, 0.3), (0, 0, 0), (-3, 1.5, 0), (-3, 0, 0), (0.5, 0, 3), (1, 5, 0)], float)
+    d = np.array([(1, 0, 0), (0, 1, 0), (1, 0, 0), (-1, 0, 0), (0, 0, -1), (0, -1, 0)], float)
+    distance, normal = cube().meet(o, d)
+    np.testing.assert_allclose(distance, [2, 1, np.inf, np.inf, 2, 4])
+    np.testing.assert_allclose(normal[[0, 1, 4, 5]], [(-1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 1, 0)])
+
+
+@pytest.mark.parametrize("n", [1.5, -1.5])
+def test_a_convex_slab_is_a_slab_of_planes(n):
+    theta = np.radians([0, 20, -50, 80])
+    d = np.stack([np.sin(theta), 0 * theta, -np.cos(theta)], -1)
+    faces = ((0, 0, 0), (0, 0, -1)), (UP, (0, 0, -1))
+    ours = trace(Shapes(Convex(*faces, Interface(Medium(n)))), -d, d, bounces=4)
+    planes = trace(slab(n), -d, d, bounces=4)
+    np.testing.assert_allclose(ours.end, planes.end, atol=1e-12)
+    np.testing.assert_allclose(ours.energy, planes.energy, atol=1e-14)

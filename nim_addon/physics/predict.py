@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A whole picture by rays.trace: what each pixel must show where every surface and the sky shine by a known law."""
+
+import numpy as np
+
+from .rays import Fate, trace
+
+
+def picture(surfaces, radiance, eye, directions, *, bounces=40, least=1e-5, batch=50_000):
+    """What an eye sees along some rays.
+
+    surfaces:   as trace() takes them; what has no interface is opaque and shines
+    radiance:   function of where rays end (N, 3), their unit directions (N, 3) and whether they land there or escape
+                (N,) that returns the light (N, C) which comes from there
+    eye:        (3,); directions: (N, 3), of any length but zero
+    bounces, least: as trace() takes them; what is not followed comes back as missing light
+    batch:      how many rays are followed at once
+    Returns (N, C).
+    """
+    parts = []
+    for start in range(0, len(directions), batch):
+        rays = directions[start : start + batch]
+        paths = trace(surfaces, eye, rays, bounces=bounces, least=least, most=10**9)
+        ends = (paths.fate == Fate.LANDED) | (paths.fate == Fate.ESCAPED)
+        light = radiance(paths.end[ends], paths.direction[ends], paths.fate[ends] == Fate.LANDED)
+        share = paths.energy[ends, None] * light
+        ray = paths.ray[ends]
+        parts.append(np.stack([np.bincount(ray, one, len(rays)) for one in share.T], axis=-1))
+    return np.concatenate(parts)
+
+
+def passes(surfaces, radiance, camera, count, *, seed=0, **limits):
+    """Pictures (count, H, W, C), each of one ray at a random place in every pixel: their scatter is the mean's error.
+
+    camera: has `size` (width, height) and `rays(columns, rows)`, which returns the eye and directions
+    limits: as picture() takes them
+    """
+    width, height = camera.size
+    rows, columns = np.indices((height, width))
+    random = np.random.default_rng(seed)
+    made = []
+    for _ in range(count):
+        x, y = random.random((2, height, width))
+        eye, directions = camera.rays(columns + x, rows + y)
+        made.append(picture(surfaces, radiance, eye, directions.reshape(-1, 3), **limits).reshape(height, width, -1))
+    return np.stack(made)

@@ -137,24 +137,27 @@ class Tracer:
             tree.nodes.new("ShaderNodeHoldout").outputs[0],
             tree.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"],
         )
-        corners = []
+        bent, corners = [], []
         with bpy.context.temp_override(scene=self.source, view_layer=self.source.view_layers[0]):
             depsgraph = bpy.context.evaluated_depsgraph_get()
             for instance in depsgraph.object_instances:
                 thing = instance.object
                 if thing.type == "MESH" and instance.show_self and not thing.original.hide_render:
-                    corners += self._add(thing, instance.matrix_world.copy(), depsgraph)
-        if not corners:
+                    box = [tuple(instance.matrix_world @ mathutils.Vector(corner)) for corner in thing.bound_box]
+                    corners += box
+                    if self._add(thing, instance.matrix_world.copy(), depsgraph):
+                        bent += box
+        if not bent:
             raise ValueError("the scene has no interface for light to pass; give a mesh the material of a NIM.")
         if not self.charts:
             raise ValueError("the scene has no diffuse surface for light to land on; add a ground or a floor.")
-        self.corners = np.array(corners)
+        self.bent, self.corners = np.array(bent), np.array(corners)
         self.camera = bpy.data.objects.new("NIM photons", bpy.data.cameras.new("NIM photons"))
         scene.collection.objects.link(self.camera)
         scene.camera = self.camera
 
     def _add(self, thing, matrix, depsgraph):
-        """Put a copy of an object into the scene; returns the corners of its bounding box where it has an interface."""
+        """Put a copy of an object into the scene; returns whether it has an interface."""
         mesh = bpy.data.meshes.new_from_object(thing, preserve_all_data_layers=True, depsgraph=depsgraph)
         materials = list(mesh.materials) or [None]
         bends = [bool(interface_nodes(material)) for material in materials]
@@ -167,7 +170,7 @@ class Tracer:
         copy = bpy.data.objects.new("NIM photons", mesh)
         copy.matrix_world = matrix
         self.scene.collection.objects.link(copy)
-        return [tuple(matrix @ mathutils.Vector(corner)) for corner in thing.bound_box] if any(bends) else []
+        return any(bends)
 
     def _mark(self, mesh, matrix, lands, name):
         """Give each corner of the faces that light lands on its place in a chart: (1 to 2, 1 to 2, chart + 1)."""
@@ -199,12 +202,12 @@ class Tracer:
         random = np.random.default_rng(seed)
         halves = sun.half_angles(passes, random)
         spread = math.tan(float(halves.max()))
-        frame, reach, width = self._aim(sun, spread)
+        frame, distance, width = self._aim(sun, spread)
         data, scene = self.camera.data, self.scene
         data.type, data.ortho_scale = "ORTHO", width
-        data.clip_start, data.clip_end = 1e-3, 4 * reach
+        data.clip_start, data.clip_end = 1e-3, 1e5
         data.dof.use_dof = True
-        data.dof.focus_distance = 2 * reach
+        data.dof.focus_distance = distance
         scene.render.resolution_x = scene.render.resolution_y = side
         scene.render.resolution_percentage = 100
         scene.cycles.seed = seed
@@ -213,26 +216,26 @@ class Tracer:
             if progress:
                 progress(index, passes)
             # a lens of that radius at that distance
-            data.dof.aperture_fstop = 1 / max(2 * 2 * reach * math.tan(half), 1e-9)
+            data.dof.aperture_fstop = 1 / max(2 * distance * math.tan(half), 1e-9)
             self.camera.matrix_world = frame
             # the first sample of a pixel sits at its centre, whatever the seed: it is left out
             settings.one_sample(scene, index + 1, passes + 1)
             yield self._landed(pixels_of(scene), np.multiply(sun.irradiance, area))
 
     def _aim(self, sun, spread):
-        """The camera's matrix, the distance of the interfaces' middle, and the width of the square that holds them."""
+        """The camera's matrix, its distance from the interfaces' middle, the width of the square that holds them."""
         back = -np.asarray(sun.direction, float) / np.linalg.norm(sun.direction)
         side = np.cross((0, 0, 1) if abs(back[2]) < 0.9 else (0, 1, 0), back)
         side /= np.linalg.norm(side)
         axes = np.stack([side, np.cross(back, side), back])
-        low, high = (self.corners @ axes.T).min(axis=0), (self.corners @ axes.T).max(axis=0)
-        depth = high[2] - low[2]
-        reach = float(max(depth, *(high - low)[:2]))
+        low, high = (self.bent @ axes.T).min(axis=0), (self.bent @ axes.T).max(axis=0)
+        # behind all that could throw a shadow
+        distance = float((self.corners @ back).max() - (low + high)[2] / 2) + 1.0
         # a ray that tilts meets the focal plane elsewhere than the interface
-        width = float((high - low)[:2].max() + depth * spread) * 1.001
+        width = float((high - low)[:2].max() + (high - low)[2] * spread) * 1.001
         frame = mathutils.Matrix(axes.T.tolist()).to_4x4()
-        frame.translation = mathutils.Vector(((low + high) / 2) @ axes + 2 * reach * back)
-        return frame, reach, width
+        frame.translation = mathutils.Vector(((low + high) / 2) @ axes + distance * back)
+        return frame, distance, width
 
     def aperture(self, sun):
         """Area, m^2 across the light, of the square that trace() sends photons through."""

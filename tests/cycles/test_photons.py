@@ -25,7 +25,7 @@ def stage_of(medium, backend, *, shade=None):
     material = interface_material("Surface", medium, backend=backend)
     stage.mesh("Surface", *shapes.rectangle((-0.5, -0.5), (0.5, 0.5)), material)
     if shade:
-        stage.mesh("Shade", *shapes.rectangle(*shade, 1.0), surfaces.plain("Shade", (0.5, 0.5, 0.5)))
+        stage.mesh("Shade", *shapes.rectangle(*shade, 30.0), surfaces.plain("Shade", (0.5, 0.5, 0.5)))
     return stage.scene
 
 
@@ -57,9 +57,9 @@ def test_what_passes_the_surface_lands_where_snell_says(medium, backend, empty_f
 
 
 def test_what_is_shaded_gets_nothing(empty_file):
-    """A shade over the half of the surface with x > 0, as the sun sees it."""
+    """A shade far above the half of the surface with x > 0, as the sun sees it."""
     away = math.tan(THETA)
-    scene = stage_of(Medium(-1.33), "nodes", shade=((-away, -2), (2, 2)))
+    scene = stage_of(Medium(-1.33), "nodes", shade=((-30 * away, -2), (20, 2)))
     names, place, power = landed(scene, Sun(DOWN, (1, 1, 1), 0.0), "nodes")
     interface = Interface(Medium(-1.33))
     shift = math.tan(float(interface.theta_t(THETA)))

@@ -18,6 +18,7 @@ from .material import interface_nodes, resolve
 from .render import pixels_of
 
 ATTRIBUTE = "nim_place"
+SUBDIVISION = 4  # points of a cell, along an edge, by which its surface is counted
 
 
 class Sun(NamedTuple):
@@ -67,6 +68,17 @@ class Chart(NamedTuple):
     high: np.ndarray
 
 
+class Part(NamedTuple):
+    """A mesh that light lands on: its object's name, its matrix and materials, each corner's place in the world and chart."""
+
+    name: str
+    mesh: bpy.types.Mesh
+    matrix: mathutils.Matrix
+    materials: list
+    corners: np.ndarray
+    charts: np.ndarray
+
+
 def charts_of(vertices, polygons, normals):
     """The chart of each face of a mesh: faces that share an edge and look the same way, of six ways.
 
@@ -105,7 +117,7 @@ class Tracer:
 
     def __init__(self, scene, backend="auto"):
         self.source, self.backend = scene, resolve(backend)
-        self.charts = []
+        self.charts, self.parts = [], []
 
     def __enter__(self):
         self.before = {kind: set(getattr(bpy.data, kind)) for kind in _KINDS}
@@ -161,38 +173,99 @@ class Tracer:
         mesh = bpy.data.meshes.new_from_object(thing, preserve_all_data_layers=True, depsgraph=depsgraph)
         materials = list(mesh.materials) or [None]
         bends = [bool(interface_nodes(material)) for material in materials]
-        lands = [not b and (m is None or _diffuse(m)) for b, m in zip(bends, materials, strict=True)]
-        if any(lands):
-            self._mark(mesh, matrix, lands, thing.original.name)
+        lands_here = [not b and (m is None or lands(m)) for b, m in zip(bends, materials, strict=True)]
+        if any(lands_here):
+            self._mark(mesh, matrix, lands_here, thing.original.name)
         mesh.materials.clear()
-        for material, bend, land in zip(materials, bends, lands, strict=True):
+        for material, bend, land in zip(materials, bends, lands_here, strict=True):
             mesh.materials.append(material if bend else self.shine if land else self.dark)
         copy = bpy.data.objects.new("NIM photons", mesh)
         copy.matrix_world = matrix
         self.scene.collection.objects.link(copy)
         return any(bends)
 
-    def _mark(self, mesh, matrix, lands, name):
+    def _mark(self, mesh, matrix, lands_here, name):
         """Give each corner of the faces that light lands on its place in a chart: (1 to 2, 1 to 2, chart + 1)."""
         frame = np.array(matrix)
         vertices = _read(mesh.vertices, "co", 3) @ frame[:3, :3].T + frame[:3, 3]
         normals = _read(mesh.polygons, "normal", 3) @ np.linalg.inv(frame[:3, :3])
         polygons = [tuple(polygon.vertices) for polygon in mesh.polygons]
         number, axes = charts_of(vertices, polygons, normals)
-        slot = np.minimum(_read(mesh.polygons, "material_index", 1, np.int32)[:, 0], len(lands) - 1)
+        slot = np.minimum(_read(mesh.polygons, "material_index", 1, np.int32)[:, 0], len(lands_here) - 1)
         face = np.repeat(np.arange(len(polygons)), [len(polygon) for polygon in polygons])
         at = vertices[np.concatenate(polygons)]
         values = np.zeros((len(face), 3), np.float32)
+        charts = np.full(len(face), -1)
         for chart, axis in enumerate(axes):
-            mine = (number[face] == chart) & np.asarray(lands)[slot[face]]
+            mine = (number[face] == chart) & np.asarray(lands_here)[slot[face]]
             if mine.any():
                 flat = np.delete(at[mine], axis // 2, axis=1)
                 low, high = flat.min(axis=0), flat.max(axis=0)
                 self.charts.append(Chart(name, int(axis), low, high))
                 values[mine, :2] = 1 + (flat - low) / np.maximum(high - low, 1e-9)
                 values[mine, 2] = len(self.charts)
+                charts[mine] = len(self.charts) - 1
         layer = mesh.attributes.new(ATTRIBUTE, "FLOAT_VECTOR", "CORNER")
         layer.data.foreach_set("vector", values.ravel())
+        materials = list(mesh.materials)
+        self.parts.append(Part(name, mesh, matrix, materials, at, charts))
+
+    def copies(self, name, windows, uv, low, high, texels):
+        """Meshes and matrices of the object `name`, free of the tracer, with the places of its windows in a texture.
+
+        uv:   name of the UV map; low, high: of the corner attributes that hold the window's bounds in it
+        windows: caustics.Window by chart; texels: edge of the texture
+        """
+        for part in self.parts:
+            if part.name != name:
+                continue
+            mesh = part.mesh.copy()
+            mesh.materials.clear()
+            for material in part.materials:
+                mesh.materials.append(material)
+            mesh.attributes.remove(mesh.attributes[ATTRIBUTE])
+            place = np.full((len(part.charts), 2), -1.0, np.float32)
+            bounds = np.zeros((2, len(part.charts), 3), np.float32)
+            for number, window in windows.items():
+                mine = part.charts == number
+                flat = np.delete(part.corners[mine], self.charts[number].axis // 2, axis=1)
+                place[mine] = ((flat - window.low) / window.texel + window.at) / texels
+                # half a texel within, so that no neighbour shines through
+                bounds[0, mine, :2] = (window.at + 0.5) / texels
+                bounds[1, mine, :2] = (window.at + window.cells - 0.5) / texels
+            layer = mesh.uv_layers.new(name=uv, do_init=False)
+            layer.uv.foreach_set("vector", place.ravel())
+            for attribute, values in zip((low, high), bounds, strict=True):
+                mesh.attributes.new(attribute, "FLOAT_VECTOR", "CORNER").data.foreach_set("vector", values.ravel())
+            self.before["meshes"].add(mesh)  # it stays
+            yield mesh, part.matrix
+
+    def area(self, number, low, texel, cells):
+        """Surface (height, width), m^2, of a chart in each cell of a grid of `cells` (width, height) of side `texel`."""
+        chart = self.charts[number]
+        answer = np.zeros(tuple(cells)[::-1])
+        step = (np.arange(SUBDIVISION) + 0.5) / SUBDIVISION
+        for part in self.parts:
+            if part.name != chart.thing or not (part.charts == number).any():
+                continue
+            part.mesh.calc_loop_triangles()
+            loops = _read(part.mesh.loop_triangles, "loops", 3, np.int32)
+            loops = loops[part.charts[loops[:, 0]] == number]
+            corners = part.corners[loops]
+            across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+            steep = np.linalg.norm(across, axis=1) / np.maximum(np.abs(across[:, chart.axis // 2]), 1e-12)
+            flat = (np.delete(corners, chart.axis // 2, axis=2) - low) / texel
+            for triangle, slope in zip(flat, steep, strict=True):
+                first = np.clip(np.floor(triangle.min(axis=0)).astype(int), 0, cells)
+                last = np.clip(np.ceil(triangle.max(axis=0)).astype(int), 0, cells)
+                if np.any(last <= first):
+                    continue
+                x = (first[0] + np.arange(last[0] - first[0])[:, None] + step).ravel()
+                y = (first[1] + np.arange(last[1] - first[1])[:, None] + step).ravel()
+                inside = _in_triangle(triangle, x[None, :], y[:, None])
+                cover = inside.reshape(last[1] - first[1], SUBDIVISION, last[0] - first[0], SUBDIVISION).mean((1, 3))
+                answer[first[1] : last[1], first[0] : last[0]] += cover * slope * texel**2
+        return answer
 
     def trace(self, sun, side, passes=1, *, seed=0, progress=None):
         """Send side x side photons of `sun` at the interfaces, `passes` times; yields a Landed for each pass.
@@ -261,6 +334,19 @@ def _read(collection, name, width, kind=np.float32):
     return values.reshape(-1, width)
 
 
+def _in_triangle(triangle, x, y):
+    """Which points lie in a triangle (3, 2); on an edge they lie in one of the two that share it."""
+    inside = None
+    a, b, c = triangle
+    turn = np.sign((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
+    for p, q in ((a, b), (b, c), (c, a)):
+        side = turn * ((q[0] - p[0]) * (y - p[1]) - (q[1] - p[1]) * (x - p[0]))
+        # the same edge, run through the other way, takes the other half
+        here = side >= 0 if turn * (q[1] - p[1]) > 0 or (q[1] == p[1] and turn * (q[0] - p[0]) > 0) else side > 0
+        inside = here if inside is None else inside & here
+    return inside
+
+
 def _tree(owner):
     if owner.node_tree is None:  # from 5.0 both come with their tree
         owner.use_nodes = True
@@ -268,7 +354,7 @@ def _tree(owner):
     return owner.node_tree
 
 
-def _diffuse(material):
+def lands(material):
     """Whether light lands on a material: it scatters diffusely."""
     kinds = {"BSDF_DIFFUSE", "BSDF_PRINCIPLED", "EEVEE_SPECULAR", "SUBSURFACE_SCATTERING", "BSDF_TRANSLUCENT"}
     return material.node_tree is None or any(node.type in kinds for node in material.node_tree.nodes)

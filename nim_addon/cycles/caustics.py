@@ -6,6 +6,7 @@ interfaces, is then left out of the path tracing, so that nothing is counted twi
 """
 
 import bpy
+import mathutils
 import numpy as np
 
 from . import photons
@@ -16,6 +17,7 @@ UV, LOW, HIGH = "NIM Caustics", "nim_window_low", "nim_window_high"
 # Least share of all landed power for which a chart gets a part of a texture.
 LEAST = 1e-4
 PADDING = 4  # texels around a window
+DISKS = 6  # lamps for a Gaussian sun
 ENOUGH = 16  # photons that make a kernel wide enough
 RADII = (0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64)  # of kernels, in texels
 
@@ -35,27 +37,51 @@ class Window:
 def bake(scene, suns, *, texels=2048, side=1024, passes=32, seed=0, backend="auto", progress=None):
     """Trace the caustics of `suns` (a list of photons.Sun) and put them into `scene`; returns the shares of power.
 
+    suns:    lights that nothing else in the scene stands for where light has been scattered: lamps are made for what they
+             shine on straight
     texels:  edge of the texture of an object; side, passes: side x side photons of each sun in each pass
-    Returns a dict: power that landed by way of interfaces, by the name of the object. Raises as photons.Tracer does.
+    Returns a dict: power that landed by way of interfaces, as Cycles counts light (_squeeze), by the name of the object.
+    Raises as photons.Tracer does, and ValueError for media that it does not know or that are more than two.
     """
     clear(scene)
     with photons.Tracer(scene, backend) as tracer:
+        squeeze = _squeeze(tracer.interfaces)
         windows, textures = _layout(tracer, suns, texels, side // 2, seed)
         total = len(suns) * passes
         for number, sun in enumerate(suns):
             told = progress and (lambda done, _, n=number: progress(n * passes + done, total))
             batches = tracer.trace(sun, side, passes, seed=seed + 1 + number, progress=told)
             for index, landed in enumerate(batches):
-                _splat(landed, tracer, windows, textures, index % 2, 1 / passes)
+                _splat(landed, tracer, windows, textures, index % 2, np.where(landed.inside, squeeze, 1.0) / passes)
         power = {name: float(texture.flux.sum()) for name, texture in textures.items()}
         baked = []
         for name, texture in textures.items():
             mine = {chart: window for chart, window in windows.items() if tracer.charts[chart].thing == name}
             copies = list(tracer.copies(name, mine, UV, LOW, HIGH, texels))
             baked.append((name, copies, _irradiance(texture, mine, tracer)))
+    collection = bpy.data.collections.new(COLLECTION)
+    collection[OWNER] = True
+    scene.collection.children.link(collection)
     for name, copies, irradiance in baked:
-        _replace(scene, name, copies, irradiance)
+        _replace(scene, collection, name, copies, irradiance)
+    for sun in suns:
+        _lamps(collection, sun)
     return power
+
+
+def _squeeze(interfaces):
+    """Cycles' share of the light that is let into a medium: it takes radiance as the same on both sides of an interface.
+
+    Really it grows by (n_t / n_i)^2. Where eye and light are in one medium this cancels over a whole path, of which the
+    photons are only a part: what lands within a medium is divided by it. interfaces: physics.Interface by material
+    """
+    unknown = [name for name, interface in interfaces.items() if interface is None]
+    if unknown:
+        raise ValueError(f"the media of {unknown[0]} are linked, so that they are not known here; unlink its indices.")
+    shares = {(interface.outside.n / interface.inside.n) ** 2 for interface in interfaces.values()}
+    if max(shares) > min(shares) * (1 + 1e-6):
+        raise ValueError("the scene has interfaces between several media; caustics are traced through one kind only.")
+    return shares.pop()
 
 
 class Texture:
@@ -120,8 +146,8 @@ def _splat(landed, tracer, windows, textures, half, share):
         shape = texture.count.shape[1:]
         index = row * shape[1] + column
         texture.count[half] += np.bincount(index, minlength=np.prod(shape)).reshape(shape)
-        for channel, power in enumerate(landed.power[mine][inside].T):
-            texture.flux[half, ..., channel] += share * np.bincount(index, power, np.prod(shape)).reshape(shape)
+        for channel, power in enumerate((landed.power * share[:, None])[mine][inside].T):
+            texture.flux[half, ..., channel] += np.bincount(index, power, np.prod(shape)).reshape(shape)
 
 
 def _irradiance(texture, windows, tracer):
@@ -178,29 +204,26 @@ def _box(table, radius):
 
 
 def clear(scene):
-    """Take baked caustics out of `scene`: the copies go, and what they stood for is rendered again."""
+    """Take baked caustics out of `scene`: the copies and lamps go, and what they stood for is rendered again."""
     things = [thing for thing in scene.objects if thing.get(OWNER)]
     collections = [one for one in scene.collection.children if one.get(OWNER)]
-    meshes = [thing.data for thing in things]
-    materials = {slot.material for thing in things for slot in thing.material_slots if slot.material}
-    images = [
+    data = {thing.data for thing in things}
+    materials = {
+        slot.material for thing in things for slot in thing.material_slots if slot.material and slot.material.get(OWNER)
+    }
+    images = {
         node.image for one in materials for node in one.node_tree.nodes if node.get(OWNER) and node.type == "TEX_IMAGE"
-    ]
+    }
     for thing in scene.objects:
         if thing.get(f"{OWNER}_hidden"):
             thing.hide_render = False
             del thing[f"{OWNER}_hidden"]
     bpy.data.batch_remove([*things, *collections])
-    bpy.data.batch_remove([*meshes, *(one for one in materials if one.get(OWNER)), *set(images)])
+    bpy.data.batch_remove([*data, *materials, *images])
 
 
-def _replace(scene, name, copies, irradiance):
+def _replace(scene, collection, name, copies, irradiance):
     """Put a copy of the object `name`, which also shines, in its place."""
-    collection = next((one for one in scene.collection.children if one.get(OWNER)), None)
-    if collection is None:
-        collection = bpy.data.collections.new(COLLECTION)
-        collection[OWNER] = True
-        scene.collection.children.link(collection)
     image = bpy.data.images.new(f"{COLLECTION} {name}", *irradiance.shape[1::-1], alpha=False, float_buffer=True)
     image.colorspace_settings.name = "Non-Color"
     pixels = np.ones((*irradiance.shape[:2], 4), np.float32)
@@ -219,6 +242,23 @@ def _replace(scene, name, copies, irradiance):
         collection.objects.link(thing)
     original.hide_render = True
     original[f"{OWNER}_hidden"] = True
+
+
+def _lamps(collection, sun):
+    """Lamps for what a sun shines on straight: one, or as many disks as make a Gaussian."""
+    disks = sun.half_angles(DISKS if sun.gaussian else 1, np.random.default_rng(0))
+    strongest = max(sun.irradiance)
+    for half in disks:
+        data = bpy.data.lights.new(COLLECTION, "SUN")
+        data.angle = 2 * half
+        data.energy = strongest / len(disks)
+        data.color = tuple(np.divide(sun.irradiance, strongest))
+        # met by shadow rays only, which end at an interface: by chance it would be met through one, and counted twice
+        data.cycles.use_multiple_importance_sampling = False
+        lamp = bpy.data.objects.new(COLLECTION, data)
+        lamp[OWNER] = True
+        lamp.rotation_euler = mathutils.Vector(sun.direction).to_track_quat("-Z", "Y").to_euler()
+        collection.objects.link(lamp)
 
 
 def _shining(material, image):

@@ -14,7 +14,7 @@ import mathutils
 import numpy as np
 
 from . import settings
-from .material import interface_nodes, resolve
+from .material import interface_nodes, interface_of, resolve
 from .render import pixels_of
 
 ATTRIBUTE = "nim_place"
@@ -48,11 +48,16 @@ def _gamma2(q):
 
 
 class Landed(NamedTuple):
-    """Photons that met an interface and landed: (N,) number of the chart, (N, 2) place in it in metres, (N, 3) power."""
+    """Photons that met an interface and landed.
+
+    chart: (N,) number of the chart; place: (N, 2) in it, in metres; power: (N, 3)
+    inside: (N,) whether they had crossed interfaces an odd number of times, and so landed within a medium
+    """
 
     chart: np.ndarray
     place: np.ndarray
     power: np.ndarray
+    inside: np.ndarray
 
 
 class Chart(NamedTuple):
@@ -117,7 +122,7 @@ class Tracer:
 
     def __init__(self, scene, backend="auto"):
         self.source, self.backend = scene, resolve(backend)
-        self.charts, self.parts = [], []
+        self.charts, self.parts, self.interfaces = [], [], {}
 
     def __enter__(self):
         self.before = {kind: set(getattr(bpy.data, kind)) for kind in _KINDS}
@@ -173,6 +178,9 @@ class Tracer:
         mesh = bpy.data.meshes.new_from_object(thing, preserve_all_data_layers=True, depsgraph=depsgraph)
         materials = list(mesh.materials) or [None]
         bends = [bool(interface_nodes(material)) for material in materials]
+        self.interfaces |= {
+            material.name: interface_of(node) for material in materials for node in interface_nodes(material)
+        }
         lands_here = [not b and (m is None or lands(m)) for b, m in zip(bends, materials, strict=True)]
         if any(lands_here):
             self._mark(mesh, matrix, lands_here, thing.original.name)
@@ -185,7 +193,7 @@ class Tracer:
         return any(bends)
 
     def _mark(self, mesh, matrix, lands_here, name):
-        """Give each corner of the faces that light lands on its place in a chart: (1 to 2, 1 to 2, chart + 1)."""
+        """Give each corner of the faces that light lands on its place in a chart: (1 to 2, 1 to 2, 2 (chart + 1))."""
         frame = np.array(matrix)
         vertices = _read(mesh.vertices, "co", 3) @ frame[:3, :3].T + frame[:3, 3]
         normals = _read(mesh.polygons, "normal", 3) @ np.linalg.inv(frame[:3, :3])
@@ -203,7 +211,7 @@ class Tracer:
                 low, high = flat.min(axis=0), flat.max(axis=0)
                 self.charts.append(Chart(name, int(axis), low, high))
                 values[mine, :2] = 1 + (flat - low) / np.maximum(high - low, 1e-9)
-                values[mine, 2] = len(self.charts)
+                values[mine, 2] = 2 * len(self.charts)
                 charts[mine] = len(self.charts) - 1
         layer = mesh.attributes.new(ATTRIBUTE, "FLOAT_VECTOR", "CORNER")
         layer.data.foreach_set("vector", values.ravel())
@@ -318,11 +326,12 @@ class Tracer:
     def _landed(self, pixels, power):
         values = pixels.reshape(-1, 3)
         values = values[values[:, 2] > 0.5]
-        chart = np.rint(values[:, 2]).astype(int) - 1
+        code = np.rint(values[:, 2]).astype(int)
+        chart = code // 2 - 1
         low = np.array([one.low for one in self.charts])[chart]
         high = np.array([one.high for one in self.charts])[chart]
         place = low + (values[:, :2] - 1) * np.maximum(high - low, 1e-9)
-        return Landed(chart, place, np.broadcast_to(power, (len(chart), 3)))
+        return Landed(chart, place, np.broadcast_to(power, (len(chart), 3)), code % 2 == 1)
 
 
 _KINDS = ("objects", "meshes", "materials", "worlds", "cameras", "scenes")
@@ -361,20 +370,35 @@ def lands(material):
 
 
 def _shining():
-    """A material that emits the corner attribute, where the path met an interface before."""
+    """A material that emits the corner attribute, and 1 more in blue within a medium, where the path met an interface."""
     material = bpy.data.materials.new("NIM place")
     tree = _tree(material)
+
+    def math_node(operation, *inputs):
+        node = tree.nodes.new("ShaderNodeMath")
+        node.operation = operation
+        for socket, value in zip(node.inputs, inputs, strict=False):
+            if isinstance(value, bpy.types.NodeSocket):
+                tree.links.new(value, socket)
+            else:
+                socket.default_value = value
+        return node.outputs[0]
+
+    path = tree.nodes.new("ShaderNodeLightPath").outputs
+    # a bend backwards counts as transparent, any other as a transmission, a reflection as neither
+    crossed = math_node("ADD", path["Transparent Depth"], path["Transmission Depth"])
+    met = math_node("MINIMUM", math_node("ADD", path["Ray Depth"], path["Transparent Depth"]), 1.0)
+    parity = math_node("FLOORED_MODULO", crossed, 2.0)
     place = tree.nodes.new("ShaderNodeAttribute")
     place.attribute_name = ATTRIBUTE
-    path = tree.nodes.new("ShaderNodeLightPath")
-    met = tree.nodes.new("ShaderNodeMath")
-    met.operation = "ADD"
-    met.use_clamp = True
-    tree.links.new(path.outputs["Ray Depth"], met.inputs[0])
-    tree.links.new(path.outputs["Transparent Depth"], met.inputs[1])
+    blue = tree.nodes.new("ShaderNodeCombineXYZ")
+    tree.links.new(parity, blue.inputs["Z"])
+    both = tree.nodes.new("ShaderNodeVectorMath")
+    tree.links.new(place.outputs["Vector"], both.inputs[0])
+    tree.links.new(blue.outputs[0], both.inputs[1])
     glow = tree.nodes.new("ShaderNodeEmission")
-    tree.links.new(place.outputs["Vector"], glow.inputs["Color"])
-    tree.links.new(met.outputs[0], glow.inputs["Strength"])
+    tree.links.new(both.outputs[0], glow.inputs["Color"])
+    tree.links.new(met, glow.inputs["Strength"])
     tree.links.new(glow.outputs[0], tree.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
     material.cycles.emission_sampling = "NONE"
     return material

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """For people: set up, render, test, make the scenes, the extension and the benchmarks. Standard library only.
 
-  python3 build.py render sphere       any nimray command: render, scenes..., verify, fresnel, doctor, info
+  python3 build.py render sphere       any nimray command: render, compare, figures, rays, verify, fresnel, info...
   python3 build.py test                run the tests (more words go to pytest)
-  python3 build.py scenes              write blend_scenes/*.blend
+  python3 build.py scenes              write blend_scenes/*.blend and the asset library (some minutes)
   python3 build.py package             build and validate dist/nim_addon-X.Y.Z.zip with Blender's own tool
   python3 build.py bench [glass|peers] print how fast it is, beside Blender's own Glass BSDF, Mitsuba 3 and POV-Ray
   python3 build.py setup               make the environment only; every other command does so when needed
@@ -23,7 +23,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent
 # The Python that each Blender's module is built for.
 PYTHON = {"4.5": (3, 11), "5.0": (3, 11), "5.2": (3, 13)}
-NIMRAY = ("render", "verify", "fresnel", "doctor", "info")
+NIMRAY = ("render", "compare", "figures", "rays", "verify", "fresnel", "doctor", "info")
 
 
 def main(words):
@@ -78,7 +78,7 @@ def environment(blender):
     """The Python of .venv (of .venv-5.0 and so on for another Blender than 4.5), made when missing or stale."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     wanted = [f"bpy=={blender}.*" if need.startswith("bpy") else need for need in project["dependencies"]]
-    wanted += project["optional-dependencies"]["test"]
+    wanted += [need for group in ("figures", "test") for need in project["optional-dependencies"][group]]
     folder = ROOT / (".venv" if blender == "4.5" else f".venv-{blender}")
     python = folder / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
     stamp = folder / "made-from"
@@ -130,8 +130,8 @@ def test(python, rest):
 
 
 def scenes(python, rest):
-    """Write blend_scenes/*.blend."""
-    return run(python, "blend_scenes/make.py", *rest)
+    """Write blend_scenes/*.blend, and the asset library that the extension brings along."""
+    return run(python, "blend_scenes/make.py", *rest) or run(python, "blend_scenes/make_assets.py", *rest)
 
 
 def package(python, rest):

@@ -2,11 +2,13 @@
 """The command: `nimray ...`, `python -m nim_addon ...`. bpy is imported only by the subcommands that render."""
 
 import argparse
+import contextlib
 import csv
 import dataclasses
 import json
 import math
 import os
+import re
 import sys
 import threading
 import time
@@ -77,13 +79,17 @@ def _medium(text):
 
 
 def _size(text):
+    """A function that turns a scene's own size (width, height) into the one that was asked for."""
+    if text.endswith("%"):
+        part = _whole("--size", 1, 100)(text[:-1])
+        return lambda own: tuple(max(1, round(side * part / 100)) for side in own)
     words = text.lower().split("x")
     if len(words) != 2 or not all(word.isdecimal() for word in words):
-        raise UsageError(f"--size {text!r} is not a size; write it like 800x600.")
+        raise UsageError(f"--size {text!r} is not a size; write it like 800x600 or 50%.")
     size = tuple(int(word) for word in words)
     if not all(1 <= side <= LARGEST for side in size):
         raise UsageError(f"--size {text} is out of range; each side lies between 1 and {LARGEST} pixels.")
-    return size
+    return lambda own: size
 
 
 def _whole(option, low, high):
@@ -95,6 +101,16 @@ def _whole(option, low, high):
         if not low <= value <= high:
             raise UsageError(f"{option} {text} is out of range; it lies between {low} and {high}.")
         return value
+
+    return read
+
+
+def _number(option):
+    def read(text):
+        try:
+            return float(text)
+        except ValueError:
+            raise UsageError(f"{option} {text!r} is not a number.") from None
 
     return read
 
@@ -134,19 +150,62 @@ def _parser():
         "`nimray scenes` lists the scenes and the keys that --set takes.",
     )
     one.add_argument("scene", nargs="?", metavar="SCENE", help="glass, pool or sphere")
-    one.add_argument(
-        "--set", nargs="+", action="extend", default=[], metavar="KEY=VALUE", dest="assignments", help="parameters"
-    )
-    one.add_argument("--samples", type=_whole("--samples", 1, MOST_SAMPLES), metavar="N", help="paths a pixel (128)")
-    one.add_argument("--size", type=_size, metavar="WxH", help="pixels (the scene's own)")
-    one.add_argument("--seed", type=_whole("--seed", 0, 2**31 - 1), metavar="S", help="of the noise (0)")
-    one.add_argument("--out", default="renders", metavar="DIR", help="folder to write to (renders)")
-    one.add_argument("--name", type=_name, metavar="NAME", help="of the files, without suffix (scene and settings)")
-    one.add_argument("--backend", choices=BACKENDS, help="OSL, or Blender's own nodes (auto: OSL where there is some)")
-    one.add_argument("--denoise", action=argparse.BooleanOptionalAction, help="clean the noise (OpenImageDenoise)")
+    _render_options(one)
     one.add_argument("--blend", action="store_true", help="save the Blender file too")
     one.add_argument("--again", metavar="FILE", help="repeat the render that made this EXR or PNG")
-    one.add_argument("--quiet", action="store_true", help="print nothing but errors")
+
+    one = command(
+        "compare",
+        _compare,
+        "Render a scene once for each value of a parameter, and all of them side by side into one image.",
+        epilog="examples:\n"
+        "  nimray compare glass\n"
+        "  nimray compare sphere --vary n=1.5,-1.5,-4.1 --set companions=yes\n"
+        "  nimray compare pool --vary liquid=nim,n=-1.33,mu=-10 --set view=window --samples 256\n\n"
+        "Commas part the values, but for the one before mu=, which belongs to its medium. Without --vary: empty, water\n"
+        "and NIM. Each image is kept too; in the comparison they stand from left to right in the order of the values.",
+    )
+    one.add_argument("scene", metavar="SCENE", help="glass, pool or sphere")
+    one.add_argument(
+        "--vary", nargs="+", action="extend", default=[], metavar="KEY=A,B,...", help="one image for each of the values"
+    )
+    _render_options(one)
+
+    one = command(
+        "figures",
+        _figures,
+        "Render figures of the thesis and measure in them what it claims; without a number, list them.",
+        epilog="examples:\n"
+        "  nimray figures\n"
+        "  nimray figures 5.4 5.6 --out figures\n"
+        "  nimray figures --all --quality final --out figures\n\n"
+        "DIR/index.html shows each figure beside its claims. What is there already, and was made of the same, is not\n"
+        "rendered again. Exit code 1 if a claim fails.",
+    )
+    one.add_argument("numbers", nargs="*", metavar="NUMBER", help="of the figure, such as 5.4")
+    one.add_argument("--all", action="store_true", help="every figure")
+    one.add_argument("--out", default="figures", metavar="DIR", help="folder to write to (figures)")
+    one.add_argument(
+        "--quality", choices=("draft", "final"), default="draft", help="draft (minutes) or final (large, clean)"
+    )
+    one.add_argument("--backend", choices=BACKENDS, default="auto", help="OSL, or Blender's own nodes")
+    form = one.add_mutually_exclusive_group()
+    form.add_argument("--json", action="store_true", help="for programs")
+    form.add_argument("--quiet", action="store_true", help="print the verdicts only")
+
+    one = command(
+        "rays",
+        _rays,
+        "Draw where rays go: a sphere, a pool, a slab or a prism, cut through the middle.",
+        epilog="examples:\n"
+        "  nimray rays sphere --n -1.5 --beam 21 --out sphere.svg\n"
+        "  nimray rays pool --n -1.33 --out pool.svg",
+    )
+    one.add_argument("scene", metavar="SCENE", help="sphere, pool, slab or prism")
+    one.add_argument("--n", type=_number("--n"), metavar="N", help="refractive index (what the scene is about)")
+    one.add_argument("--mu", type=_number("--mu"), metavar="MU", help="relative permeability (1, or -1 for n < 0)")
+    one.add_argument("--beam", type=_whole("--beam", 1, 101), metavar="N", help="how many rays; 1 shows its angles")
+    one.add_argument("--out", metavar="FILE", help="what to write, .svg, .png or .pdf (SCENE.svg)")
 
     one = command("scenes", _scenes, "List the scenes and their parameters.")
     one.add_argument("--json", action="store_true", help="for programs")
@@ -176,6 +235,27 @@ def _parser():
     one.add_argument("file", metavar="FILE", help="an EXR or PNG written by nimray")
     one.add_argument("--json", action="store_true", help="for programs")
     return parser
+
+
+def _render_options(one):
+    one.add_argument(
+        "--set", nargs="+", action="extend", default=[], metavar="KEY=VALUE", dest="assignments", help="parameters"
+    )
+    one.add_argument("--samples", type=_whole("--samples", 1, MOST_SAMPLES), metavar="N", help="paths a pixel (128)")
+    one.add_argument("--size", type=_size, metavar="WxH|P%", help="pixels, or a part of the scene's own size (100%%)")
+    one.add_argument("--seed", type=_whole("--seed", 0, 2**31 - 1), metavar="S", help="of the noise (0)")
+    one.add_argument("--out", default="renders", metavar="DIR", help="folder to write to (renders)")
+    one.add_argument("--name", type=_name, metavar="NAME", help="of the files, without suffix (scene and settings)")
+    one.add_argument("--backend", choices=BACKENDS, help="OSL, or Blender's own nodes (auto: OSL where there is some)")
+    one.add_argument("--denoise", action=argparse.BooleanOptionalAction, help="clean the noise (OpenImageDenoise)")
+    form = one.add_mutually_exclusive_group()
+    form.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    form.add_argument(
+        "--progress",
+        action="store_true",
+        help="for programs: print JSON lines, "
+        '{"done": samples, "total": samples, "left": seconds or null} as it goes and {"files": [...]} at the end',
+    )
 
 
 # ------------------------------------------------------------------------------------------------ what it does
@@ -220,6 +300,63 @@ def _render(arguments):
         parameters = kind.parameters(**record["parameters"]) if record else read(arguments.assignments)
     except (ValueError, TypeError) as error:
         raise UsageError(str(error)) from None
+    from .scenes.parameters import file_name
+
+    default = f"{Path(arguments.again).stem}_again" if record else file_name(kind.name, arguments.assignments)
+    with _Output(arguments, 1) as output:
+        files, made = _make(arguments, kind, parameters, record, arguments.name or default, output)
+        output.end(files, made)
+
+
+def _compare(arguments):
+    _bpy()
+    kind = _scene_type(arguments.scene)
+    from .cycles.montage import montage
+    from .scenes.parameters import file_name
+
+    variants = []
+    for assignments in _varied(kind, arguments.vary or [kind.compared]):
+        try:
+            variants.append((assignments, kind.parameters.read([*arguments.assignments, *assignments])))
+        except ValueError as error:
+            raise UsageError(f"{' '.join(assignments)}: {error}") from None
+    stem = arguments.name or file_name(kind.name, arguments.assignments)
+    names = [file_name(stem, assignments) for assignments, _ in variants]
+    if len(set(names)) < len(names):
+        raise UsageError("--vary names the same value twice; each image needs one of its own.")
+    with _Output(arguments, len(variants)) as output:
+        images = []
+        for (_, parameters), name in zip(variants, names, strict=True):
+            files, made = _make(arguments, kind, parameters, {}, name, output)
+            images.append(files)
+            output.written(files)
+        common = {key: value for key, value in made.items() if key != "parameters"}
+        compared = {"compares": [" ".join(assignments) for assignments, _ in variants], "images": names}
+        settings = {"set": arguments.assignments} if arguments.assignments else {}
+        files = montage(arguments.out, arguments.name or f"{stem}_compare", images, {**common, **settings, **compared})
+        output.end(files, made)
+
+
+def _varied(kind, words):
+    """The settings of each variant, a list of texts "key=value", from words such as "liquid=none,n=-1.33,mu=-10"."""
+    variants = []
+    for word in words:
+        key, equals, values = word.partition("=")
+        if not equals:
+            raise UsageError(f"--vary {word!r} is not understood; write KEY=A,B,C.")
+        liquid = any(
+            field.name == key and field.metadata["kind"] == "liquid" for field in dataclasses.fields(kind.parameters)
+        )
+        for value in re.split(r",(?!\s*mu\s*=)", values):
+            # where the parameter is no medium, mu is one of its own
+            variants.append([f"{key}={value}"] if liquid else f"{key}={value}".split(","))
+    if len(variants) < 2:
+        raise UsageError(f"--vary {' '.join(words)} is one image; give at least two values, KEY=A,B.")
+    return variants
+
+
+def _make(arguments, kind, parameters, record, name, output):
+    """Build and render a scene as `arguments`, else `record` (of an earlier render) say; returns (exr, png) and its record."""
     from .cycles import material, render
 
     backend = material.resolve(arguments.backend or record.get("backend", "auto"))
@@ -227,7 +364,6 @@ def _render(arguments):
     if denoise and not _can_denoise():
         raise Failure("this Blender was built without OpenImageDenoise; leave --denoise out and take more samples.")
     folder = render.writable_folder(arguments.out)
-    started = time.monotonic()
     try:
         scene = kind.build(parameters, backend)
     except ValueError as error:
@@ -236,12 +372,12 @@ def _render(arguments):
     def given(value, key, default):
         return value if value is not None else record.get(key, default)
 
-    width, height = given(arguments.size, "size", (scene.render.resolution_x, scene.render.resolution_y))
+    own = record.get("size", (scene.render.resolution_x, scene.render.resolution_y))
+    width, height = arguments.size(own) if arguments.size else own
     scene.render.resolution_x, scene.render.resolution_y = width, height
     scene.cycles.samples = given(arguments.samples, "samples", scene.cycles.samples)
     scene.cycles.seed = given(arguments.seed, "seed", 0)
     scene.cycles.use_denoising = denoise
-    name = arguments.name or (f"{Path(arguments.again).stem}_again" if record else _default_name(arguments))
     made = {
         "nimray": VERSION,
         "scene": kind.name,
@@ -255,16 +391,11 @@ def _render(arguments):
     }
     if record and not arguments.quiet and record["blender"] != made["blender"]:
         print(f"nimray: made with Blender {record['blender']}, repeated with {made['blender']}.", file=sys.stderr)
-    show = None if arguments.quiet or not sys.stderr.isatty() else _Bar(name)
-    try:
-        files = render.render(scene, folder, name, metadata=made, progress=show, blend=arguments.blend)
-    finally:
-        if show:
-            show.end()
-    if not arguments.quiet:
-        print(f"{files[0]}\n{files[1]}")
-        if sys.stdout.isatty():
-            print(f"{width} x {height}, {made['samples']} samples, {time.monotonic() - started:.1f} s")
+    with output.showing(name, made["samples"]) as show:
+        files = render.render(
+            scene, folder, name, metadata=made, progress=show, blend=getattr(arguments, "blend", False)
+        )
+    return files, made
 
 
 def _recorded(path):
@@ -276,19 +407,77 @@ def _recorded(path):
         raise UsageError(str(error)) from None
     except FileNotFoundError as error:
         raise UsageError(str(error)) from None
+    if "compares" in record:
+        images = ", ".join(f"{name}.exr" for name in record["images"])
+        raise UsageError(f"{path} is a comparison, not one render; repeat one of its images: {images}.")
+    if "code" in record:
+        raise UsageError(f"{path} is a part of a figure; repeat it with `nimray figures`.")
     missing = {"scene", "parameters", "size", "samples", "seed", "denoise", "blender"} - set(record)
     if missing:
         raise UsageError(f"{path} does not record its {', '.join(sorted(missing))}, so it cannot be repeated.")
     return record
 
 
-def _default_name(arguments):
-    settings = []
-    for text in arguments.assignments:
-        key, _, value = text.partition("=")
-        # a file's path is no part of a file's name
-        settings.append(f"{key.strip()}-{Path(value.strip()).stem if '/' in value else value.strip()}")
-    return "_".join([arguments.scene, *settings]).replace(",", "_").replace("=", "").replace(" ", "")
+class _Output:
+    """What a render of one or more images tells: nothing, files and a line for a person, or JSON (--progress)."""
+
+    def __init__(self, arguments, images):
+        self.quiet, self.progress, self.images = arguments.quiet, arguments.progress, images
+        self.files = []
+        self.started = time.monotonic()
+
+    def __enter__(self):
+        # a copy: while Blender renders, standard output is kept clear of what it says
+        self.stream = os.fdopen(os.dup(1), "w", encoding="utf-8") if self.progress else None
+        return self
+
+    def __exit__(self, *_):
+        if self.stream:
+            self.stream.close()
+
+    @contextlib.contextmanager
+    def showing(self, name, samples):
+        """While one image renders: yields what render() calls as its progress, or None."""
+        if self.progress:
+            yield self._reporter(samples)
+        elif self.quiet or not sys.stderr.isatty():
+            yield None
+        else:
+            bar = _Bar(name)
+            try:
+                yield bar
+            finally:
+                bar.end()
+
+    def _reporter(self, samples):
+        finished, started = len(self.files) // 2, time.monotonic()
+
+        def report(done, _, left):
+            if left is not None:  # the images to come take as long as this one
+                left += (time.monotonic() - started + left) * (self.images - finished - 1)
+            self._print({"done": finished * samples + done, "total": self.images * samples, "left": left})
+
+        report(0, samples, None)
+        return report
+
+    def written(self, files):
+        """These files are there."""
+        self.files += map(str, files)
+        if not (self.quiet or self.progress):
+            print(*files, sep="\n", flush=True)
+
+    def end(self, files, made):
+        """These files are the last, of renders with that record."""
+        self.written(files)
+        if self.progress:
+            self._print({"files": self.files})
+        elif not self.quiet and sys.stdout.isatty():
+            width, height = made["size"]
+            seconds = time.monotonic() - self.started
+            print(f"{width} x {height}, {made['samples']} samples, {seconds:.1f} s")
+
+    def _print(self, message):
+        print(json.dumps(message), file=self.stream, flush=True)
 
 
 class _Bar:
@@ -318,7 +507,7 @@ class _Bar:
     def _draw(self, done, total, left):
         full = self.WIDTH * done // total
         bar = "#" * full + "." * (self.WIDTH - full)
-        wait = "" if left is None else f", {_duration(left)} left"
+        wait = "" if left is None else f", {duration(left)} left"
         line = f"{self.name} [{bar}] {done}/{total} samples{wait}"
         print(f"\r{line:<{len(self.name) + self.WIDTH + 46}}", end="", file=sys.stderr, flush=True)
 
@@ -329,7 +518,8 @@ class _Bar:
         print("\r" + " " * (len(self.name) + self.WIDTH + 46) + "\r", end="", file=sys.stderr, flush=True)
 
 
-def _duration(seconds):
+def duration(seconds):
+    """Seconds as a person reads them: 1:30, or 3 h 44 min."""
     minutes, seconds = divmod(round(seconds), 60)
     return f"{minutes // 60} h {minutes % 60} min" if minutes >= 60 else f"{minutes}:{seconds:02}"
 
@@ -385,6 +575,94 @@ def _scenes(arguments):
             print(f"  {one['key']:<12} {one['description']} ({one['allowed']}; default {one['default']})")
         print()
     print("Render one with: nimray render SCENE --set KEY=VALUE ...")
+
+
+def _figures(arguments):
+    _bpy()
+    from .figures.registry import FIGURES, figure
+
+    if arguments.all and arguments.numbers:
+        raise UsageError("give either numbers of figures, or --all.")
+    try:
+        chosen = list(FIGURES.values()) if arguments.all else [figure(number) for number in arguments.numbers]
+    except ValueError as error:
+        raise UsageError(str(error)) from None
+    if not chosen:
+        return _list_figures(FIGURES.values(), arguments.json)
+    from .figures import run
+
+    records = []
+    for one in chosen:
+        record = run.make(one, arguments.out, arguments.quality, backend=arguments.backend, showing=_showing(arguments))
+        records.append(record)
+        if not arguments.json:
+            _print_figure(record, arguments)
+    if arguments.json:
+        print(json.dumps(records, indent=2))
+    failed = [record["figure"] for record in records if not record["holds"]]
+    if len(records) > 1 and not arguments.json:
+        verdict = f"FAIL: figures {', '.join(failed)}" if failed else f"PASS: {len(records)} figures"
+        print(f"{verdict}; see {Path(arguments.out) / 'index.html'}")
+    return FAILURE if failed else 0
+
+
+def _list_figures(figures, as_json):
+    if as_json:
+        listed = [
+            {"figure": one.number, "title": one.title, "shows": one.shows, "must_hold": one.must_hold}
+            for one in figures
+        ]
+        print(json.dumps(listed, indent=2))
+        return
+    for one in figures:
+        print(f"{one.number}: {one.title}")
+        for sentence in one.must_hold:
+            print(f"  - {sentence}")
+    print("\nRender and measure with: nimray figures NUMBER ... --out DIR, or --all.")
+
+
+def _showing(arguments):
+    """A function (name, samples) that returns what tells a person how far that image is."""
+
+    @contextlib.contextmanager
+    def showing(name, samples):
+        if arguments.quiet or arguments.json or not sys.stderr.isatty():
+            yield None
+        else:
+            bar = _Bar(name)
+            try:
+                yield bar
+            finally:
+                bar.end()
+
+    return showing
+
+
+def _print_figure(record, arguments):
+    from .figures.claims import Claim
+
+    if not arguments.quiet:
+        print(f"{record['figure']} {record['title']}")
+    for one in record["claims"]:
+        if not (arguments.quiet and one["holds"]):
+            print("  " + Claim(*(one[field] for field in Claim._fields)).row())
+    failed = sum(not one["holds"] for one in record["claims"])
+    verdict = f"FAIL: {failed} of" if failed else "PASS"
+    where = Path(arguments.out) / record["picture"]
+    print(
+        f"{verdict} figure {record['figure']}, {len(record['claims'])} claims, {record['seconds']:.0f} s: {where}",
+        flush=True,
+    )
+
+
+def _rays(arguments):
+    from .figures.diagrams import diagram
+
+    file = arguments.out or f"{arguments.scene}.svg"
+    try:
+        print(diagram(arguments.scene, arguments.n, arguments.mu, arguments.beam, file))
+    except ValueError as error:
+        raise UsageError(str(error)) from None
 
 
 def _fresnel(arguments):
@@ -512,5 +790,5 @@ def _info(arguments):
         if isinstance(value, dict):
             value = ", ".join(f"{k}={'none' if v is None else v}" for k, v in value.items())
         elif isinstance(value, list):
-            value = " x ".join(map(str, value))
+            value = (" x " if key == "size" else ", ").join(map(str, value))
         print(f"{key:<12} {value}")

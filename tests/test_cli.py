@@ -215,7 +215,7 @@ def test_fresnel_prints_the_equations(capsys):
 def test_scenes_lists_every_parameter(capsys):
     assert cli.main(["scenes", "--json"]) == 0
     listed = json.loads(capsys.readouterr().out)
-    assert {scene["name"] for scene in listed} == {"glass", "pool", "sphere"}
+    assert {scene["name"] for scene in listed} == {"glass", "pool", "sphere", "sea"}
     assert all(one["description"] and one["allowed"] for scene in listed for one in scene["parameters"])
     assert cli.main(["scenes"]) == 0
     assert "companions" in capsys.readouterr().out

@@ -141,13 +141,14 @@ def _splat(landed, tracer, windows, textures, half, share):
         mine = landed.chart == number
         cell = np.floor((landed.place[mine] - window.low) / window.texel).astype(int)
         inside = np.all((cell >= 0) & (cell < window.cells), axis=1)
-        column, row = (cell[inside] + window.at).T
+        column, row = cell[inside].T
         texture = textures[tracer.charts[number].thing]
-        shape = texture.count.shape[1:]
-        index = row * shape[1] + column
-        texture.count[half] += np.bincount(index, minlength=np.prod(shape)).reshape(shape)
+        shape = window.cells[::-1]
+        index, size = row * shape[1] + column, shape[0] * shape[1]
+        part = half, slice(window.at[1], window.at[1] + shape[0]), slice(window.at[0], window.at[0] + shape[1])
+        texture.count[part] += np.bincount(index, minlength=size).reshape(shape)
         for channel, power in enumerate((landed.power * share[:, None])[mine][inside].T):
-            texture.flux[half, ..., channel] += np.bincount(index, power, np.prod(shape)).reshape(shape)
+            texture.flux[(*part, channel)] += np.bincount(index, power, size).reshape(shape)
 
 
 def _irradiance(texture, windows, tracer):

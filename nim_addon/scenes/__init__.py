@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import bpy  # noqa: F401  the wheel has bmesh only once bpy is imported
 
-from . import glass, pool, sphere
+from . import glass, pool, sea, sphere
 from .parameters import Parameters, unknown
 
 
@@ -52,6 +52,14 @@ SCENES = MappingProxyType(
                 sphere.build,
                 sphere.pose,
                 "n=1,1.33,-1.33",
+            ),
+            SceneType(
+                "sea",
+                "the open sea from below its surface (thesis 2.4)",
+                sea.SeaParameters,
+                sea.build,
+                sea.pose,
+                "liquid=none,water,nim",
             ),
         )
     }

@@ -29,7 +29,13 @@ GAP = 0.0001
 STRAW_RADIUS, STRAW_WALL, STRAW_LENGTH = 0.0035, 0.0004, 0.200
 STRAW_FOOT = 0.0255  # x of its lower end, y = 0; it leans towards -x
 
+# Where each statue stands, its turn in degrees and its colour.
 STATUE_SIZE = 0.06
+STATUES = {
+    "Green": ((0.010, 0.120, 0), 30, (0.03, 0.42, 0.05)),
+    "Red": ((-0.076, -0.050, 0), 20, (0.66, 0.03, 0.02)),
+    "Blue": ((0.076, -0.050, 0), -20, (0.02, 0.09, 0.62)),
+}
 TABLE_RADIUS = 0.80
 
 
@@ -162,14 +168,9 @@ def straw(stage):
 
 def statues(stage, mesh, subdivide=False):
     """Three objects around the glass that share `mesh`: green behind, red and blue in front (thesis figure 5.5)."""
-    places = {
-        "Green": ((0.010, 0.120, 0), 30, (0.03, 0.42, 0.05)),
-        "Red": ((-0.076, -0.050, 0), 20, (0.66, 0.03, 0.02)),
-        "Blue": ((0.076, -0.050, 0), -20, (0.02, 0.09, 0.62)),
-    }
     mesh.name = "Statue"  # free now that the scene before this one is gone
     mesh.materials.append(None)  # each object brings its own
-    for name, (place, turn, color) in places.items():
+    for name, (place, turn, color) in STATUES.items():
         thing = stage.object(name, mesh, place)
         thing.rotation_euler = (0, 0, math.radians(turn))
         slot = thing.material_slots[0]

@@ -4,13 +4,15 @@
 import math
 from dataclasses import dataclass
 
+import bpy
 import numpy as np
 
+from ..cycles import caustics, photons
 from ..cycles.material import interface_material
 from ..physics import Medium
 from . import shapes, surfaces
 from .parameters import Parameters, choice, integer, liquid, number
-from .stage import Pose, Stage
+from .stage import OWNER, Pose, Stage
 
 # The basin, in metres: half its length and width, its floor, and the liquid's level at rest; the deck is at z = 0.
 HALF = (4.0, 2.25)
@@ -99,14 +101,36 @@ def liquid_surface(height, seed):
     return vertices, faces, _unit(normals)
 
 
-def sunny(width):
-    """A World: a blue sky and the sun in it, a Gaussian `width` degrees wide (1/e to 1/e) that gives SUN_IRRADIANCE."""
+def sunny(width, scattered=True):
+    """A World: a blue sky and the sun() of that width in it; `scattered` as surfaces.sky() has it."""
+    return surfaces.sky("Sunny", (0.48, 0.70, 1.00), (0.10, 0.28, 0.80), glow=sun(width), scattered=scattered)
+
+
+def trace_caustics(scene, parameters, **options):
+    """Let the sun's light through the surface come from photons: caustics.bake() for a scene that build() made.
+
+    options: texels, side, passes, seed, backend, progress of caustics.bake(); returns what it does
+    Raises ValueError where there is no sun or no liquid.
+    """
+    if parameters.sky != "sunny" or parameters.liquid is None:
+        lacks = "liquid" if parameters.liquid is None else "sun"
+        raise ValueError(f"there is no {lacks} to make caustics; set sky=sunny, and a liquid.")
+    bright = photons.Sun(tuple(-SUN), tuple(SUN_IRRADIANCE), math.radians(parameters.sun_angle), gaussian=True)
+    power = caustics.bake(scene, [bright], **options)
+    former, scene.world = scene.world, sunny(parameters.sun_angle, scattered=False)
+    scene.world[OWNER] = "pool"
+    scene.world.cycles.sampling_method = "NONE"  # the sky without its sun is smooth, and is found by chance
+    bpy.data.worlds.remove(former)
+    return power
+
+
+def sun(width):
+    """The `glow` of surfaces.sky: a Gaussian `width` degrees wide (1/e to 1/e) that gives SUN_IRRADIANCE."""
     half = math.radians(width / 2)
     angle, step = np.linspace(0, np.pi / 2, 20001, retstep=True)
     # irradiance across its rays of a Gaussian of peak 1
     unit = np.pi * np.sum(np.exp(-np.square(angle / half)) * np.sin(2 * angle)) * step
-    glow = tuple(SUN), tuple(SUN_IRRADIANCE / unit), width / 2
-    return surfaces.sky("Sunny", (0.48, 0.70, 1.00), (0.10, 0.28, 0.80), glow=glow)
+    return tuple(SUN), tuple(SUN_IRRADIANCE / unit), width / 2
 
 
 def pose(parameters):

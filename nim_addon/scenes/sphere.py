@@ -10,7 +10,6 @@ from . import shapes, surfaces
 from .parameters import Parameters, number, switch
 from .stage import Pose, Stage
 
-
 # Lengths in metres, colours linear RGB. The sphere rests on the ground, with a gap as wide as nothing: 1 mm keeps the
 # two surfaces from touching.
 CENTER, RADIUS = (0.0, 0.0, 1.001), 1.0

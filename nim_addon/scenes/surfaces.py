@@ -81,10 +81,11 @@ def checker(name, light, dark, size):
     return diffuse(name, paint)
 
 
-def sky(name, horizon, zenith, *, strength=1.0, ground=None, glow=None):
+def sky(name, horizon, zenith, *, strength=1.0, ground=None, glow=None, scattered=True):
     """A World: `horizon` colour blending with the elevation to `zenith`; `ground` (or horizon) below the horizon.
 
-    glow: None, or (direction towards it, colour, half-width in degrees): a soft sun, added as a Gaussian of the angle.
+    glow: None, or (direction towards it, colour, half-width in degrees): a soft sun, added as a Gaussian of the angle
+    scattered: whether a path that was scattered may meet the glow; if not, something else stands for its light there
     """
     world = bpy.data.worlds.new(name)
     nodes = Nodes(world)
@@ -101,6 +102,9 @@ def sky(name, horizon, zenith, *, strength=1.0, ground=None, glow=None):
         angle = nodes.math("ARCCOSINE", nodes.math("MINIMUM", cosine.outputs["Value"], 1.0))
         ratio = nodes.math("DIVIDE", angle, math.radians(width))
         gauss = nodes.math("EXPONENT", nodes.math("MULTIPLY", nodes.math("MULTIPLY", ratio, ratio), -1.0))
+        if not scattered:
+            depth = nodes.add("ShaderNodeLightPath").outputs["Diffuse Depth"]
+            gauss = nodes.math("MULTIPLY", gauss, nodes.math("LESS_THAN", depth, 0.5))
         light = nodes.add("ShaderNodeVectorMath", operation="SCALE", inputs={0: tone, "Scale": gauss})
         color = nodes.add("ShaderNodeVectorMath", operation="ADD", inputs={0: color, 1: light.outputs[0]}).outputs[0]
     background = nodes.add("ShaderNodeBackground", inputs={"Color": color, "Strength": strength})

@@ -23,7 +23,7 @@ from .translations import OWN
 PACKAGE = Path(__file__).parents[1]
 
 # Blender files hold these numbers: they stay, and new names get new ones.
-SCENE_NUMBERS = {"glass": 0, "pool": 1, "sphere": 2}
+SCENE_NUMBERS = {"glass": 0, "pool": 1, "sphere": 2, "sea": 3}
 LIQUID_NUMBERS = {"none": 0, "custom": 1, "water": 2, "nim": 3, "glass": 4, "diamond": 5}
 LIQUID_NUMBERS |= {"nim-1.025": 6, "nim-1.5": 7, "nim-2.418": 8, "nim-4.1": 9, "nim-mu10": 10, "nim-mu25": 11}
 FILE_NUMBER = 100  # a mesh file of one's own, after all the words there may ever be
@@ -233,6 +233,7 @@ class NIM_PG_scenes(bpy.types.PropertyGroup):
     glass: PointerProperty(name="Glass", description="Parameters of the glass", type=GROUPS["glass"])
     pool: PointerProperty(name="Pool", description="Parameters of the pool", type=GROUPS["pool"])
     sphere: PointerProperty(name="Sphere", description="Parameters of the sphere", type=GROUPS["sphere"])
+    sea: PointerProperty(name="Sea", description="Parameters of the sea", type=GROUPS["sea"])
     quality: EnumProperty(
         name="Quality",
         description="Samples a pixel and size of the picture; a built scene follows at once",

@@ -350,9 +350,12 @@ TEXTS = {
     "a transparent sphere on a patterned ground (thesis 5.4, 5.6)": (
         "una esfera transparente sobre un suelo con dibujo (tesis 5.4, 5.6)"
     ),
+    "the open sea from below its surface (thesis 2.4)": "el mar abierto desde debajo de su superficie (tesis 2.4)",
     "Parameters of the glass": "Parámetros del vaso",
     "Pool": "Piscina",
     "Parameters of the pool": "Parámetros de la piscina",
+    "Sea": "Mar",
+    "Parameters of the sea": "Parámetros del mar",
     "Parameters of the sphere": "Parámetros de la esfera",
     "What fills the glass: none, water, nim or any index": "Qué llena el vaso: nada, agua, un NIM o cualquier índice",
     "View": "Vista",
@@ -397,6 +400,17 @@ TEXTS = {
     ),
     "Seed": "Semilla",
     "Which waves: the same number gives the same surface": "Qué ondas: el mismo número da la misma superficie",
+    "What the sea is made of: none, water, nim, an index, or n=-1.33,mu=-10": (
+        "De qué es el mar: nada, agua, un NIM, un índice, o n=-1.33,mu=-10"
+    ),
+    "Where the eye under water looks: straight up, or obliquely": (
+        "Hacia dónde mira el ojo bajo el agua: recto hacia arriba u oblicuamente"
+    ),
+    "Up": "Arriba",
+    "Oblique": "Oblicua",
+    "Height of the waves, four times the standard deviation; 0 is calm, in m": (
+        "Altura de las ondas, cuatro veces la desviación típica; 0 es en calma, en m"
+    ),
     "Refractive index of the sphere": "Índice de refracción de la esfera",
     "Relative permeability of the sphere; the sign of n if left out": (
         "Permeabilidad relativa de la esfera; si se omite, el signo de n"
@@ -444,6 +458,7 @@ TEXTS = {
     "Presets": "Preajustes",
     "Presets of the glass scene.": "Preajustes de la escena del vaso.",
     "Presets of the pool scene.": "Preajustes de la escena de la piscina.",
+    "Presets of the sea scene.": "Preajustes de la escena del mar.",
     "Presets of the sphere scene.": "Preajustes de la escena de la esfera.",
     "Load Preset": "Cargar preajuste",
     "Take the settings of this preset; Build shows them": "Toma los ajustes de este preajuste; Construir los muestra",

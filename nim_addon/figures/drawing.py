@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The one look of the drawn figures, and how their files are written. matplotlib is needed here, and only when drawing."""
+
+import os
+import tempfile
+from pathlib import Path
+
+# Okabe and Ito's colours, told apart with any colour vision; every use has a second sign, so that grey print works too.
+INK, GREY = "#1a1a1a", "#767676"
+BLUE, ORANGE, GREEN = "#0072B2", "#D55E00", "#007A5A"
+
+SUFFIXES = (".svg", ".png", ".pdf")
+
+_LOOK = {
+    "font.family": ["DejaVu Sans"],
+    "font.size": 9,
+    "axes.titlesize": 9.5,
+    "axes.titlelocation": "left",
+    "axes.labelsize": 9,
+    "axes.linewidth": 0.8,
+    "axes.edgecolor": INK,
+    "axes.labelcolor": INK,
+    "text.color": INK,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "xtick.labelsize": 8.5,
+    "ytick.labelsize": 8.5,
+    "legend.fontsize": 8.5,
+    "legend.facecolor": "white",
+    "legend.edgecolor": "none",
+    "legend.framealpha": 1.0,
+    "lines.linewidth": 1.6,
+    "figure.dpi": 100,
+    "mathtext.fontset": "dejavusans",
+    # letters as outlines: the same everywhere, where a missing font would push formulas apart; the words are in comments
+    "svg.fonttype": "path",
+    "svg.hashsalt": "nim",
+    "pdf.fonttype": 42,
+}
+# nothing that differs from one run to the next
+_METADATA = {
+    ".svg": {"Date": None, "Creator": None},
+    ".png": {"Software": None},
+    ".pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+}
+
+
+def matplotlib():
+    """The module, or a RuntimeError that says how to get it."""
+    try:
+        import matplotlib
+        import matplotlib.figure
+    except ImportError:
+        raise RuntimeError("matplotlib is missing, which draws the figures; run: pip install matplotlib") from None
+    return matplotlib
+
+
+def look():
+    """A context in which figures are made and saved."""
+    return matplotlib().rc_context(_LOOK)
+
+
+def sheet(width, height, rows=1, columns=1, **options):
+    """A figure of width x height inches and its axes, an array (rows, columns); to be called within look()."""
+    figure = matplotlib().figure.Figure(figsize=(width, height))
+    return figure, figure.subplots(rows, columns, squeeze=False, **options)
+
+
+def known_suffix(file):
+    """The suffix of a file that can be drawn; ValueError for any other."""
+    suffix = Path(file).suffix.lower()
+    if suffix not in SUFFIXES:
+        raise ValueError(f"{Path(file).name} ends in none of {', '.join(SUFFIXES)}, which a drawing can be written as.")
+    return suffix
+
+
+def whole(file, write):
+    """Call write(part) with the path of a temporary file beside `file`, then give it that name; returns the Path.
+
+    A killed run leaves no half file under the name. OSError where the folder cannot be made or written to.
+    """
+    file = Path(file)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    handle, part = tempfile.mkstemp(prefix=f".{file.stem}.", suffix=f".part{file.suffix}", dir=file.parent)
+    os.close(handle)
+    part = Path(part)
+    try:
+        write(part)
+        mask = os.umask(0)
+        os.umask(mask)
+        part.chmod(0o666 & ~mask)  # as any new file: mkstemp's is for its owner alone
+        part.replace(file)
+    finally:
+        part.unlink(missing_ok=True)
+    return file
+
+
+def save(figure, title, *files):
+    """Write the figure to each of the files, .svg, .png (150 dots an inch) or .pdf; returns their Paths.
+
+    `title` is kept in the file, for those who list or hear it rather than see it.
+    """
+    suffixes = [known_suffix(file) for file in files]
+    with look():
+        return [
+            whole(
+                file,
+                lambda part, suffix=suffix: figure.savefig(
+                    part, dpi=150, metadata=_METADATA[suffix] | {"Title": title}
+                ),
+            )
+            for file, suffix in zip(files, suffixes, strict=True)
+        ]
+
+
+def number(value):
+    """A number as it is printed: a true minus sign, no trailing zeros."""
+    return f"{value:g}".replace("-", "\N{MINUS SIGN}")

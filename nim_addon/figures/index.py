@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The page that shows every figure of a folder beside its claims, predicted and measured. Plain HTML."""
+
+import html
+import json
+from pathlib import Path
+
+from ..cycles.render import files_to
+from .recipes import in_order
+
+STYLE = """
+:root { color-scheme: light dark; --line: #8886; --soft: #8881; --good: #1a7f37; --bad: #c4302b; }
+body { margin: 0 auto; max-width: 62rem; padding: 1rem; font: 1rem/1.5 system-ui, sans-serif; }
+h1 { font-size: 1.5rem; } h2 { font-size: 1.15rem; margin: 2.5rem 0 .25rem; }
+img { display: block; width: 100%; height: auto; background: #fff; border-radius: 4px; }
+figure { margin: .75rem 0; } figcaption, .small { font-size: .9rem; opacity: .8; }
+.scroll { overflow-x: auto; } table { border-collapse: collapse; width: 100%; font-size: .9rem; }
+th, td { text-align: left; padding: .3rem .6rem; border-bottom: 1px solid var(--line); vertical-align: top; }
+td.number, th.number { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
+.holds { color: var(--good); } .fails { color: var(--bad); font-weight: bold; }
+ol { columns: 20rem; padding-left: 0; list-style: none; } li a { text-decoration: none; }
+"""
+
+
+def write(folder):
+    """Write FOLDER/index.html anew from the records (figure-*.json) in it; returns its path."""
+    folder = Path(folder)
+    records = [json.loads(file.read_text(encoding="utf-8")) for file in folder.glob("figure-*.json")]
+    records.sort(key=lambda record: in_order(record["figure"]))
+    with files_to(folder, "index") as (part, finish):
+        page = part / "page.html"
+        page.write_text(_page(records), encoding="utf-8")
+        return finish(page)[0]
+
+
+def number(value):
+    """A number as the page and the command print it."""
+    return f"{value:.4g}"
+
+
+def _page(records):
+    claims = [claim for record in records for claim in record["claims"]]
+    failed = sum(not claim["holds"] for claim in claims)
+    verdict = f"{failed} of {len(claims)} claims fail" if failed else f"all {len(claims)} claims hold"
+    contents = "".join(
+        f'<li><a href="#figure-{record["figure"]}">{_mark(record["holds"])} {record["figure"]} '
+        f"{html.escape(record['title'])}</a></li>"
+        for record in records
+    )
+    return (
+        '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f"<title>Figures, rendered and measured</title>\n<style>{STYLE}</style>\n</head>\n<body>\n"
+        f"<h1>Figures, rendered and measured</h1>\n<p>{len(records)} figures, {verdict}. Each claim is a number, "
+        "predicted by theory or by rays traced without the renderer, and measured in the render.</p>\n"
+        f"<ol>{contents}</ol>\n{''.join(map(_figure, records))}</body>\n</html>\n"
+    )
+
+
+def _mark(holds):
+    kind, sign = ("holds", "&#10003;") if holds else ("fails", "&#10007;")
+    return f'<span class="{kind}" role="img" aria-label="{kind}">{sign}</span>'
+
+
+def _figure(record):
+    escape = html.escape
+    title = f"{record['figure']} {record['title']}"
+    parts = ", ".join(
+        f'<a href="{escape(file)}">{escape(caption or Path(file).stem)}</a>' for caption, file in record["parts"]
+    )
+    must = "".join(f"<li>{escape(sentence)}</li>" for sentence in record["must_hold"])
+    return (
+        f'<section id="figure-{record["figure"]}">\n<h2>{escape(title)}</h2>\n'
+        f'<figure><a href="{escape(record["picture"])}"><img src="{escape(record["picture"])}" loading="lazy" '
+        f'alt="{escape(record["shows"])}"></a>\n<figcaption>{escape(record["shows"])}'
+        f"{f' Single pictures: {parts}.' if parts else ''}</figcaption></figure>\n"
+        f'<ul class="small">{must}</ul>\n{_table(record["claims"])}'
+        f'<p class="small">{escape(record["quality"])} quality, nimray {escape(record["nimray"])}, Blender '
+        f'{escape(record["blender"])}, <a href="figure-{record["figure"]}.json">record</a></p>\n</section>\n'
+    )
+
+
+def _table(claims):
+    rows = "".join(
+        f"<tr><td>{_mark(claim['holds'])}</td><td>{html.escape(claim['text'])}</td>"
+        + "".join(f'<td class="number">{number(claim[key])}</td>' for key in ("predicted", "measured"))
+        + f'<td class="number">&#177; {claim["allowed"]:.2g}</td><td>{html.escape(claim["unit"])}</td></tr>\n'
+        for claim in claims
+    )
+    head = (
+        '<th></th><th>claim</th><th class="number">predicted</th><th class="number">measured</th>'
+        '<th class="number">allowed</th><th>unit</th>'
+    )
+    return f'<div class="scroll"><table>\n<tr>{head}</tr>\n{rows}</table></div>\n'

@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Measuring in pictures: where a camera sees a point, what lies on a pixel's ray, and blocks against their own noise."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A pinhole camera in a scenes.stage.Pose with a picture of `size` (width, height); rows count from the top."""
+
+    eye: tuple
+    target: tuple
+    field_of_view: float
+    fit: str
+    size: tuple
+
+    def _frame(self):
+        """Unit vectors to the right, up and ahead, (3,) each, and the pixels that one unit at distance 1 covers."""
+        ahead = np.subtract(self.target, self.eye).astype(float)
+        ahead /= np.linalg.norm(ahead)
+        # Blender's to_track_quat: y stands for up where the camera looks along z
+        right = np.cross(ahead, (0, 0, 1))
+        right = right / np.linalg.norm(right) if np.linalg.norm(right) > 1e-7 else np.array([1.0, 0, 0])
+        width, height = self.size
+        across = {"HORIZONTAL": width, "VERTICAL": height}.get(self.fit, max(width, height))
+        return right, np.cross(right, ahead), ahead, across / 2 / math.tan(math.radians(self.field_of_view) / 2)
+
+    def rays(self, columns, rows):
+        """The eye (3,) and unit directions (..., 3) through the points (columns, rows) of the picture, floats.
+
+        (0, 0) is the upper left corner of the upper left pixel, whose middle is (0.5, 0.5). The arguments broadcast.
+        """
+        right, up, ahead, scale = self._frame()
+        x = (np.asarray(columns, float) - self.size[0] / 2) / scale
+        y = (self.size[1] / 2 - np.asarray(rows, float)) / scale
+        directions = ahead + x[..., None] * right + y[..., None] * up
+        return np.array(self.eye, float), directions / np.linalg.norm(directions, axis=-1, keepdims=True)
+
+    def pixel_rays(self, offsets=(0.5, 0.5)):
+        """The eye, and directions (H, W, 3) through each pixel, at `offsets` (x, y) from its upper left corner."""
+        rows, columns = np.indices(self.size[::-1])
+        return self.rays(columns + offsets[0], rows + offsets[1])
+
+    def pixels_of(self, points):
+        """(..., 2) column and row at which points (..., 3) appear; NaN for what lies behind the eye."""
+        right, up, ahead, scale = self._frame()
+        away = np.asarray(points, float) - np.array(self.eye, float)
+        depth = away @ ahead
+        depth = np.where(depth > 0, depth, np.nan)
+        x = self.size[0] / 2 + scale * (away @ right) / depth
+        return np.stack([x, self.size[1] / 2 - scale * (away @ up) / depth], axis=-1)
+
+
+def impact(camera, center, radius):
+    """How far each pixel's ray (H, W) passes the centre of a sphere, in radii: below 1 it meets the sphere."""
+    eye, directions = camera.pixel_rays()
+    away = np.subtract(center, eye)
+    along = directions @ away
+    nearest = along[..., None] * directions - away
+    return np.where(along > 0, np.linalg.norm(nearest, axis=-1) / radius, np.inf)
+
+
+def smooth(pixels):
+    """Means (H, W, C) over the 3 x 3 pixels about each, the edge repeated: for a threshold that noise must not cross."""
+    height, width = pixels.shape[:2]
+    wide = np.pad(pixels, ((1, 1), (1, 1), (0, 0)), mode="edge")
+    return sum(wide[y : y + height, x : x + width] for y in range(3) for x in range(3)) / 9
+
+
+def blocks(pixels, side=8):
+    """Means over square blocks of `side` pixels, (..., H / side, W / side, C), of pixels (..., H, W, C)."""
+    *more, height, width, channels = pixels.shape
+    cut = pixels[..., : height // side * side, : width // side * side, :].astype(float)
+    cut = cut.reshape(*more, height // side, side, width // side, side, channels)
+    return cut.mean(axis=(-4, -2))
+
+
+def block_scores(each, predicted, *, side=8, quiet=1e-4):
+    """How far a picture lies from its prediction, block by block, in the standard error of the two.
+
+    each:      (S, H, W, C), renders of different noise; S of 4 or more
+    predicted: (P, H, W, C), predictions of different noise; P of 4 or more
+    quiet:     blocks whose standard error is below this hold no noise to measure in, and are left out
+    Returns the scores (N,), and the rms they have where there is nothing but noise: a little above 1, as their errors
+    are known from few renders only (Student's t, its degrees of freedom by Welch and Satterthwaite).
+    """
+    means, variances, freedom = [], [], []
+    for pictures in (each, predicted):
+        means.append((values := blocks(np.asarray(pictures), side)).mean(axis=0))
+        variances.append(values.var(axis=0, ddof=1) / len(values))
+        freedom.append(len(values) - 1)
+    total = variances[0] + variances[1]
+    noisy = np.sqrt(total) >= quiet
+    with np.errstate(invalid="ignore", divide="ignore"):
+        degrees = np.square(total) / sum(np.square(v) / f for v, f in zip(variances, freedom, strict=True))
+        scores = (means[0] - means[1]) / np.sqrt(total)
+    degrees = degrees[noisy]
+    return scores[noisy], float(np.sqrt(np.mean(degrees / (degrees - 2))))

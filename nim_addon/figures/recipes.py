@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a figure is made of: recipes that fix a scene, the images they give, and what must hold in them."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from .measure import Camera
+
+QUALITIES = ("draft", "final")
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """One render.
+
+    name:     of its files, and of its image in measure(); letters, digits, dots, dashes
+    scene:    name of one of scenes.SCENES, or a scenes.SceneType that is not among them
+    settings: texts "key=value", as `nimray render --set` takes them
+    draft:    size (width, height) in pixels, and samples, at that quality
+    final:    the same; as the draft where left out, which is right for what is only measured
+    change:   None, or a function of the built bpy.types.Scene that changes it; its name is part of the image's record
+    pose:     None, or a scenes.stage.Pose in place of the scene's own
+    seeds:    how many renders of different noise
+    shown:    whether it is a part of the sheet, or only measured
+    caption:  one line on it
+    """
+
+    name: str
+    scene: object
+    settings: tuple = ()
+    draft: tuple = ((480, 360), 64)
+    final: tuple | None = None
+    change: Callable | None = None
+    pose: tuple | None = None
+    seeds: int = 1
+    shown: bool = True
+    caption: str = ""
+
+    def frame(self, quality):
+        """Size and samples at a quality, "draft" or "final"."""
+        return self.final if quality == "final" and self.final else self.draft
+
+
+class Image(NamedTuple):
+    """What a recipe gave: (seeds, H, W, 3) linear pixels, the measure.Camera that saw them, and the scene's Parameters."""
+
+    each: np.ndarray
+    camera: Camera
+    parameters: object
+
+    @property
+    def pixels(self):
+        """(H, W, 3), the mean over the seeds."""
+        return self.each.mean(axis=0)
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A figure of the thesis.
+
+    number:    as the thesis has it, "5.4"
+    title:     a few words
+    shows:     a caption in our own words
+    must_hold: sentences, what is claimed
+    recipes:   its renders; those shown make the sheet, from left to right, `columns` in a row (0: all in one row)
+    measure:   function of a dict of Image by the recipe's name; returns a list of claims.Claim
+    draw:      for a figure without renders: function of a folder (Path) that writes its files there and returns their
+               paths, the picture to show first (SVG or PNG)
+    """
+
+    number: str
+    title: str
+    shows: str
+    must_hold: tuple
+    recipes: tuple = ()
+    measure: Callable = lambda images: []
+    draw: Callable | None = None
+    columns: int = 0
+
+
+def in_order(number):
+    """A key that sorts figures by number: 5.10 after 5.9, the appendices last."""
+    chapter, _, place = number.partition(".")
+    return (0, int(chapter), int(place)) if chapter.isdigit() else (1, ord(chapter), int(place))

@@ -1,0 +1,217 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Making a figure: its images, as far as they are not there yet, its sheet, its claims, and the index beside them."""
+
+import contextlib
+import hashlib
+import inspect
+import json
+import os
+import shutil
+import tempfile
+import time
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from .. import __version__ as VERSION
+from ..cycles import montage, render, script_node
+from ..cycles.material import resolve
+from ..scenes import scene_type
+from ..scenes.stage import aim
+from . import index
+from .measure import Camera
+from .recipes import Image
+
+
+def make(figure, folder, quality="draft", *, backend="auto", showing=None):
+    """Render and measure a recipes.Figure; returns the record that FOLDER/figure-NUMBER.json holds.
+
+    folder:  where to: images go to FOLDER/NUMBER/, the sheet to FOLDER/figure-NUMBER.png, and index.html is written anew
+    quality: "draft" or "final"
+    backend: of the materials, as material.resolve takes it
+    showing: None, or a function (name, samples) that returns a context manager, which gives render()'s progress
+    An image that is there, whole, and was made of the same is not rendered again. Raises OSError where the folder cannot
+    be written, or holds what another version made; nothing of that is touched.
+    """
+    folder = render.writable_folder(folder)
+    check_version(folder)
+    started = time.monotonic()
+    backend = resolve(backend)
+    images, shown, made = {}, [], []
+    for recipe in figure.recipes:
+        # what is only measured is kept out of the way
+        place = folder / figure.number if recipe.shown else folder / figure.number / "measured"
+        images[recipe.name], files = _image(recipe, place, quality, backend, showing)
+        made += [file.stem for file in files]
+        if recipe.shown:
+            shown.append((recipe, files[0].with_suffix(".png")))
+    if figure.draw:
+        drawn = _drawn(figure, folder / figure.number)
+        picture = drawn[0]
+        made += [file.name for file in drawn]
+    else:
+        picture = _sheet(figure, folder, [file for _, file in shown])
+    claims = figure.measure(images)
+    record = {
+        "nimray": VERSION,
+        "blender": bpy.app.version_string,
+        "backend": backend,
+        "figure": figure.number,
+        "title": figure.title,
+        "shows": figure.shows,
+        "must_hold": list(figure.must_hold),
+        "quality": quality,
+        "picture": picture.relative_to(folder).as_posix(),
+        "parts": [[recipe.caption, file.relative_to(folder).as_posix()] for recipe, file in shown],
+        "images": made,
+        "holds": all(claim.holds for claim in claims),
+        "claims": [
+            {key: _plain(value) for key, value in claim._asdict().items()} | {"holds": claim.holds} for claim in claims
+        ],
+        "seconds": round(time.monotonic() - started, 1),
+    }
+    with render.files_to(folder, f"figure-{figure.number}") as (part, finish):
+        (part / "record.json").write_text(json.dumps(record, indent=2), encoding="utf-8")
+        finish(part / "record.json")
+    index.write(folder)
+    return record
+
+
+def check_version(folder):
+    """Raise OSError, one sentence, where a folder holds a figure that another version of this program made."""
+    for file in sorted(Path(folder).glob("figure-*.json")):
+        version = json.loads(file.read_text(encoding="utf-8")).get("nimray")
+        if version != VERSION:
+            raise OSError(
+                f"{file} was made by nimray {version}, and this is {VERSION}; its files are kept: name another folder."
+            )
+
+
+def _plain(value):
+    return value if isinstance(value, str) else float(value)
+
+
+def _code():
+    """A mark of all code that decides what an image looks like: with other code it is rendered again."""
+    here = Path(__file__).resolve().parents[1]
+    text = [
+        file.read_bytes() for part in ("physics", "cycles", "scenes") for file in sorted((here / part).glob("*.py"))
+    ]
+    return hashlib.sha256(b"".join([*text, script_node.shader_source().encode()])).hexdigest()[:16]
+
+
+def _image(recipe, folder, quality, backend, showing):
+    """The Image of a recipe and its EXR files, rendered where they are missing."""
+    kind = scene_type(recipe.scene) if isinstance(recipe.scene, str) else recipe.scene
+    parameters = kind.parameters.read(recipe.settings)
+    pose = recipe.pose or kind.pose(parameters)
+    size, samples = recipe.frame(quality)
+    denoise = recipe.shown and _can_denoise()
+    scene, files = None, []
+    for seed in range(recipe.seeds):
+        name = recipe.name if recipe.seeds == 1 else f"{recipe.name}.{seed}"
+        wanted = {
+            "nimray": VERSION,
+            "scene": kind.name,
+            "parameters": parameters.plain(),
+            "size": list(size),
+            "samples": samples,
+            "seed": seed,
+            "denoise": denoise,
+            "backend": backend,
+            "blender": bpy.app.version_string,
+            "pose": [pose.eye, pose.target, pose.field_of_view, pose.fit],
+            "change": _source(recipe.change),
+            "code": _code(),
+        }
+        wanted = json.loads(json.dumps(wanted))  # as it comes back from a file
+        file = folder / f"{name}.exr"
+        if _made(file) != wanted:
+            if scene is None:
+                scene = _built(kind, parameters, recipe, pose, size, samples, denoise, backend)
+            scene.cycles.seed = seed
+            with showing(name, samples) if showing else contextlib.nullcontext() as progress:
+                render.render(scene, folder, name, metadata=wanted, progress=progress)
+        files.append(file)
+    if scene is not None:
+        _discard(scene)
+    each = np.stack([_pixels(file) for file in files])
+    return Image(each, Camera(*pose, tuple(size)), parameters), files
+
+
+def _built(kind, parameters, recipe, pose, size, samples, denoise, backend):
+    scene = kind.build(parameters, backend)
+    scene.render.resolution_x, scene.render.resolution_y = size
+    scene.cycles.samples = samples
+    scene.cycles.use_denoising = denoise
+    # the noise stays in the EXR, which is measured; only the PNG goes without
+    scene.view_layers[0].cycles.denoising_store_passes = denoise
+    scene.render.use_persistent_data = recipe.seeds > 1
+    aim(scene.camera, *pose)
+    if recipe.change:
+        recipe.change(scene)
+    return scene
+
+
+def _discard(scene):
+    """Remove a scene and its objects: what a recipe changed in it must not reach the next one, nor must its names."""
+    bpy.data.batch_remove([*scene.collection.all_objects, *scene.collection.children_recursive])
+    bpy.data.scenes.remove(scene)
+
+
+def _source(change):
+    return None if change is None else hashlib.sha256(inspect.getsource(change).encode()).hexdigest()[:16]
+
+
+def _can_denoise():
+    import _cycles
+
+    return _cycles.with_openimagedenoise
+
+
+def _made(file):
+    """The record of an image that is there, both files whole, else None; OSError where another version made it."""
+    try:
+        record = render.read_metadata(file)
+        if render.read_metadata(file.with_suffix(".png")) != record:
+            return None
+    except (ValueError, FileNotFoundError):
+        return None
+    if record.get("nimray") != VERSION:
+        raise OSError(
+            f"{file} was made by nimray {record.get('nimray')}, and this is {VERSION}; it is kept: name another folder."
+        )
+    return record
+
+
+def _pixels(file):
+    import OpenImageIO as oiio
+
+    return render.image_of(file).get_pixels(oiio.FLOAT)[..., :3]
+
+
+def _sheet(figure, folder, files):
+    import OpenImageIO as oiio
+
+    pictures = [render.image_of(file).get_pixels(oiio.UINT8)[..., :3] for file in files]
+    pixels = np.ascontiguousarray(montage.grid(pictures, figure.columns))
+    sheet = oiio.ImageBuf(oiio.ImageSpec(pixels.shape[1], pixels.shape[0], 3, oiio.UINT8))
+    sheet.set_pixels(sheet.roi, pixels)
+    with render.files_to(folder, f"figure-{figure.number}") as (part, finish):
+        record = {"nimray": VERSION, "figure": figure.number, "images": [file.stem for file in files]}
+        render.write_with_metadata(sheet, part / "sheet.png", record)
+        return finish(part / "sheet.png")[0]
+
+
+def _drawn(figure, folder):
+    """The files that a figure draws, moved into `folder` once all are there."""
+    folder = render.writable_folder(folder)
+    part = Path(tempfile.mkdtemp(prefix=".drawing.", dir=folder))
+    try:
+        files = [Path(file) for file in figure.draw(part)]
+        for file in files:
+            os.replace(file, folder / file.name)
+        return [folder / file.name for file in files]
+    finally:
+        shutil.rmtree(part, ignore_errors=True)

@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The open sea from below its surface: Snell's window, and darkness around it (thesis figure 2.4)."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..cycles.material import interface_material
+from ..physics import Medium
+from . import shapes, surfaces
+from .parameters import Parameters, choice, integer, liquid, number
+from .stage import Pose, Stage
+
+# In metres: how deep the eye and the ground are; the level at rest is z = 0.
+DEPTH = 4.0
+GROUND = 30.0
+# The walls of the deep end this far above the level, above the crests that meet them.
+RIM = 0.3
+# The surface is this far from its middle to its sides, with fine steps near the window and ever wider ones beyond.
+HALF, FINE, STEP = 60.0, 6.0, 0.125
+WAVES = 40
+WAVELENGTHS = (1.2, 6.0)
+# How far the oblique view leans, in degrees; the window's far edge must stay in the picture.
+TILT = 20.0
+
+
+@dataclass(frozen=True)
+class SeaParameters(Parameters):
+    """Parameters of the sea."""
+
+    liquid: Medium = liquid(Medium(1.33), "what the sea is made of: none, water, nim, an index, or n=-1.33,mu=-10")
+    view: str = choice("up", "where the eye under water looks: straight up, or obliquely", ("up", "oblique"))
+    waves: float = number(0.1, "height of the waves, four times the standard deviation; 0 is calm", 0.0, 0.5, "m")
+    seed: int = integer(1, "which waves: the same number gives the same surface", 0, 2**31 - 1)
+
+
+def build(parameters, backend="auto"):
+    """Build the scene from SeaParameters; returns the bpy.types.Scene. Metres, z up, the eye below the middle."""
+    stage = Stage("sea", (960, 720), backend)
+    corner = np.array([HALF, HALF])
+    vertices, faces = shapes.box((*-corner, -GROUND), (*corner, RIM))
+    faces = [face[::-1] for i, face in enumerate(faces) if i != 1]  # open above, seen from inside
+    stage.mesh("Deep", vertices, faces, surfaces.plain("Deep", (0.010, 0.050, 0.085)))
+    if parameters.liquid is not None:
+        vertices, faces, normals = liquid_surface(parameters.waves, parameters.seed)
+        corners = normals[np.asarray(faces)].reshape(-1, 3) if parameters.waves else None
+        material = interface_material("Liquid", parameters.liquid, backend=stage.backend)
+        stage.mesh("Liquid", vertices, faces, material, normals=corners)
+    # a veiled sun in a blue sky
+    towards = np.array([0.45, 0.35, 0.82]) / math.hypot(0.45, 0.35, 0.82)
+    glow = tuple(towards), (3.0, 2.8, 2.4), 14
+    stage.world(surfaces.sky("Sea sky", (0.55, 0.75, 1.00), (0.07, 0.22, 0.75), glow=glow))
+    stage.camera(*pose(parameters))
+    return stage.scene
+
+
+def swell(x, y, height, seed):
+    """Heights and unit normals of the surface at x and y: a sum of sines of random directions, lengths and phases.
+
+    x, y: (...) metres; height: metres, four times the standard deviation; seed: int
+    Returns (...) and (..., 3).
+    """
+    random = np.random.default_rng(seed)
+    angle, phase = random.uniform(0, 2 * np.pi, (2, WAVES))
+    length = np.exp(random.uniform(*np.log(WAVELENGTHS), WAVES))
+    # amplitude grows with the length: all waves are equally steep
+    amplitude = height / 4 * length / math.sqrt(np.sum(np.square(length)) / 2)
+    z = np.zeros(np.shape(x))
+    normals = np.zeros((*np.shape(x), 3))
+    normals[..., 2] = 1
+    for a, kx, ky, start in zip(
+        amplitude, 2 * np.pi / length * np.cos(angle), 2 * np.pi / length * np.sin(angle), phase, strict=True
+    ):
+        argument = kx * x + ky * y + start
+        z += a * np.sin(argument)
+        normals[..., 0] -= a * kx * np.cos(argument)
+        normals[..., 1] -= a * ky * np.cos(argument)
+    return z, normals / np.linalg.norm(normals, axis=-1, keepdims=True)
+
+
+def liquid_surface(height, seed):
+    """The surface as a mesh: vertices (N, 3) in metres, quads facing up, and the normals (N, 3) of swell() there."""
+    if height:
+        beyond = np.geomspace(FINE, HALF, 33)[1:]
+        line = np.concatenate([-beyond[::-1], np.linspace(-FINE, FINE, round(2 * FINE / STEP) + 1), beyond])
+    else:
+        line = np.array([-HALF, HALF])
+    x, y = np.meshgrid(line, line, indexing="ij")
+    index = np.arange(x.size).reshape(x.shape)
+    quads = np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], -1)
+    z, normals = swell(x, y, height, seed)
+    return np.stack([x, y, z], -1).reshape(-1, 3), quads.reshape(-1, 4).tolist(), normals.reshape(-1, 3)
+
+
+def pose(parameters):
+    """The Pose of the camera for SeaParameters."""
+    eye = (0.0, 0.0, -DEPTH)
+    # a little off the vertical, so that x points right in the picture
+    if parameters.view == "up":
+        return Pose(eye, (0.0, 0.003, 0.0), 112, "VERTICAL")
+    return Pose(eye, (0.0, DEPTH * math.tan(math.radians(TILT)), 0.0), 146, "VERTICAL")

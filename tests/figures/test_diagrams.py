@@ -1,0 +1,193 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Ray diagrams: every claim holds and can fail, what is drawn is what was traced, and the files are whole."""
+
+import math
+import sys
+
+import numpy as np
+import pytest
+
+from nim_addon.figures import diagrams
+from nim_addon.physics import Interface, Medium
+from nim_addon.physics.rays import Fate, Kind
+
+
+@pytest.mark.parametrize("figure", diagrams.FIGURES)
+def test_every_claim_holds(figure):
+    claims = diagrams.claims(figure)
+    assert claims
+    for claim in claims:
+        assert all(isinstance(number, int | float) for number in claim[1:4])
+        assert claim.holds, claim.row()
+
+
+@pytest.mark.parametrize("figure", diagrams.FIGURES)
+def test_claims_fail_where_snell_has_lost_its_sign(figure, monkeypatch):
+    def refract(self, d, normal):
+        return right(Interface(Medium(abs(self.inside.n)), Medium(abs(self.outside.n))), d, normal)
+
+    right = Interface.refract
+    monkeypatch.setattr(Interface, "refract", refract)
+    claims = diagrams.claims(figure)
+    assert all(claim.holds for claim in claims if not claim.text.startswith("NIM"))
+    assert sum(not claim.holds for claim in claims) >= 3
+
+
+def test_claims_fail_where_too_much_is_reflected(monkeypatch):
+    right = Interface.fresnel
+
+    def fresnel(self, cos_i):
+        R_s, R_p, R, T = right(self, cos_i)
+        return type(right(self, cos_i))(R_s, R_p, R + 0.01 * T, 0.99 * T)
+
+    monkeypatch.setattr(Interface, "fresnel", fresnel)
+    failing = [claim.text for claim in diagrams.claims("B.1") if not claim.holds]
+    assert len(failing) == 2 and all("energy" in text for text in failing)
+
+
+@pytest.mark.parametrize(("n", "focus"), [(1.5, 1.5), (2.0, 1.0), (-1.5, 0.3), (-1.0, 0.25)])
+def test_focal_length_of_a_ball(n, focus):
+    assert diagrams.focal_length(n) == pytest.approx(focus)
+    paths = diagrams._sphere_paths(Medium(n), [1e-4], branches=False, bounces=2)
+    point, d = paths.start[-1], paths.direction[-1]
+    assert point[0] - point[1] * d[0] / d[1] == pytest.approx(focus, abs=1e-6)
+
+
+def drawn(monkeypatch, scene, **options):
+    """The axes and the Paths of a diagram, before it becomes a file."""
+    pytest.importorskip("matplotlib")
+    taken = {}
+    draw_paths = diagrams.draw_paths
+
+    def kept(ax, paths, **more):
+        taken.update(ax=ax, paths=paths)
+        draw_paths(ax, paths, **more)
+
+    monkeypatch.setattr(diagrams, "draw_paths", kept)
+    monkeypatch.setattr(diagrams, "save", lambda figure, title, *files: list(files))
+    diagrams.diagram(scene, **options)
+    return taken["ax"], taken["paths"]
+
+
+def texts(ax):
+    return [text.get_text() for text in (*ax.texts, *ax.get_legend().get_texts())]
+
+
+@pytest.mark.parametrize(("n", "angle"), [(1.5, "40°"), (-1.5, "40°"), (1.33, "40°")])
+def test_a_single_ray_has_its_angles(n, angle, monkeypatch):
+    ax, _ = drawn(monkeypatch, "slab", n=n, rays=1)
+    inner = round(math.degrees(math.asin(math.sin(math.radians(40)) / n)), 1)
+    assert [text for text in texts(ax) if "theta" in text] == [
+        f"$\\theta_i$ = {angle}",
+        f"$\\theta_t$ = {str(inner).replace('-', '−')}°",  # noqa: RUF001
+    ]
+
+
+@pytest.mark.parametrize("n", [1.5, -1.5])
+def test_a_prism_bends_by_snells_law(n, monkeypatch):
+    _, paths = drawn(monkeypatch, "prism", n=n, rays=1)
+    out = paths.direction[diagrams._main_way(paths, 0)[-1]]
+    turned = math.degrees(math.atan2(out[1], out[0]))
+    assert turned == pytest.approx(20 - math.degrees(math.asin(n * math.sin(math.radians(20)))), abs=1e-9)
+
+
+def test_a_slab_of_index_minus_one_is_veselagos_lens(monkeypatch):
+    _, paths = drawn(monkeypatch, "slab", n=-1, rays=9)
+    for depth, image in ((1, 0.5), (2, 1.5)):
+        here = paths.depth == depth
+        start, d = paths.start[here], paths.direction[here]
+        np.testing.assert_allclose(start[:, 1] + (image - start[:, 0]) * d[:, 1] / d[:, 0], 0, atol=1e-8)
+        np.testing.assert_allclose(paths.energy[here], 1)
+
+
+def test_lines_weigh_what_their_energy_is_and_stay_in_the_view(monkeypatch):
+    ax, paths = drawn(monkeypatch, "sphere", n=-1.5, rays=5)
+    widths = np.concatenate([lines.get_linewidths() for lines in ax.collections])
+    segments = np.concatenate([np.array(lines.get_segments()) for lines in ax.collections])
+    assert len(widths) == len(segments) == len(paths.energy)
+    assert widths.max() == pytest.approx(1.8)
+    np.testing.assert_allclose(np.sort(np.square(widths / 1.8)), np.sort(paths.energy))
+    assert np.all(segments >= (ax.get_xlim()[0] - 1e-9, ax.get_ylim()[0] - 1e-9))
+    assert np.all(segments <= (ax.get_xlim()[1] + 1e-9, ax.get_ylim()[1] + 1e-9))
+
+
+def test_media_are_named_with_index_and_permeability(monkeypatch):
+    for options, name in (
+        ({"n": 1.33}, "water, $n$ = 1.33"),
+        ({"n": -1.33, "mu": -10}, "NIM, $n$ = −1.33, $\\mu$ = −10"),  # noqa: RUF001
+        ({"n": 1.7}, "medium, $n$ = 1.7"),
+    ):
+        ax, _ = drawn(monkeypatch, "pool", **options)
+        assert {"air, $n$ = 1", name, "window to 48.75°"} - {"window to 48.75°"} <= set(texts(ax))
+        assert ("window to 48.75°" in texts(ax)) == (options["n"] in (1.33, -1.33))
+
+
+def test_a_permeability_sends_more_back(monkeypatch):
+    shares = []
+    for mu in (-1, -10, -25):
+        _, paths = drawn(monkeypatch, "pool", n=-1.33, mu=mu, rays=1)
+        shares.append(paths.energy[(paths.kind == Kind.REFLECTED) & (paths.fate == Fate.LANDED)].sum())
+    assert shares[0] < 0.05 and shares[1] > 0.5 and shares[2] > 0.75
+
+
+@pytest.mark.parametrize("suffix", ["svg", "pdf"])
+def test_files_are_the_same_each_time(suffix, tmp_path):
+    pytest.importorskip("matplotlib")
+    one, other = (diagrams.diagram("prism", rays=3, file=tmp_path / f"{name}.{suffix}") for name in "ab")
+    assert one.read_bytes() == other.read_bytes() and len(one.read_bytes()) > 5000
+    assert sorted(tmp_path.iterdir()) == [one, other]
+
+
+def test_a_figure_is_two_files_that_say_what_they_are(tmp_path):
+    pytest.importorskip("matplotlib")
+    svg, png = diagrams.draw("5.8", tmp_path)
+    assert (svg.name, png.name) == ("figure-5.8.svg", "figure-5.8.png")
+    text = svg.read_text()
+    assert "<!-- transmitted -->" in text and "<!-- window to 48.75° -->" in text  # words beside their outlines
+    assert "<title>Figure 5.8: Rays from a point" in text and "date" not in text
+    assert png.read_bytes()[:4] == b"\x89PNG"
+
+
+@pytest.mark.parametrize("rays", [1, 2, 101])
+@pytest.mark.parametrize(
+    ("scene", "n"), [("sphere", -4.1), ("sphere", 0.7), ("pool", -0.7), ("slab", 1.0), ("prism", -9)]
+)
+def test_unusual_media_are_drawn(scene, n, rays, monkeypatch):
+    ax, paths = drawn(monkeypatch, scene, n=n, rays=rays)
+    assert len(paths.lost) == rays and ax.collections
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"scene": "lens"}, ("lens", "sphere, pool, slab, prism")),
+        ({"rays": 0}, ("rays = 0", "1 to 101")),
+        ({"rays": 102}, ("rays = 102", "1 to 101")),
+        ({"rays": 2.5}, ("rays = 2.5", "1 to 101")),
+        ({"rays": "many"}, ("rays = many",)),
+        ({"n": 0}, ("n = 0",)),
+        ({"n": -1.5, "mu": 2}, ("mu = 2",)),
+        ({"file": "x.jpg"}, ("x.jpg", ".svg, .png, .pdf")),
+    ],
+)
+def test_what_cannot_be_drawn_is_refused_in_a_sentence(options, words, tmp_path, one_sentence):
+    file = tmp_path / options.get("file", "x.svg")
+    with pytest.raises(ValueError) as raised:
+        diagrams.diagram(**{"scene": "sphere"} | options | {"file": file})
+    if "mu" not in options and options.get("n") != 0:  # Medium's own words
+        one_sentence(raised.value, *words)
+    assert words[0] in str(raised.value) and not list(tmp_path.iterdir())
+
+
+def test_an_unknown_figure_is_refused(one_sentence, tmp_path):
+    for call in (diagrams.claims, lambda figure: diagrams.draw(figure, tmp_path)):
+        with pytest.raises(ValueError) as raised:
+            call("B.2")
+        one_sentence(raised.value, "B.2", "5.8, B.1")
+
+
+def test_without_matplotlib_it_says_so(monkeypatch, tmp_path):
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    with pytest.raises(RuntimeError, match=r"matplotlib is missing.*pip install matplotlib"):
+        diagrams.diagram("sphere", file=tmp_path / "x.svg")
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Figures 5.1, 5.2 and 5.5: what is read off, the prediction by hand, small renders against it, and wrong ones refused."""
+
+import numpy as np
+import pytest
+
+from nim_addon.figures import glass
+from nim_addon.figures.measure import Camera
+from nim_addon.figures.recipes import Image
+from nim_addon.physics import MEDIA
+from nim_addon.scenes import glass as scene_of
+from nim_addon.scenes.glass import GlassParameters
+from nim_addon.scenes.stage import Pose, aim
+
+SIZE, SAMPLES = (48, 48), 40
+
+
+@pytest.fixture
+def images(empty_file, render):
+    """images(number) -> what the measure of that figure takes, its measured recipes rendered small."""
+
+    def pictures(number):
+        figure = next(figure for figure in glass.FIGURES if figure.number == number)
+        made = {}
+        for recipe in figure.recipes:
+            if recipe.shown:
+                continue
+            parameters = GlassParameters.read(recipe.settings)
+            scene = scene_of.build(parameters)
+            aim(scene.camera, *recipe.pose)
+            scene.render.resolution_x, scene.render.resolution_y = SIZE
+            scene.cycles.samples = SAMPLES
+            recipe.change(scene)
+            made[recipe.name] = Image(render(scene)[None], Camera(*recipe.pose, SIZE), parameters)
+        return made
+
+    return pictures
+
+
+def failing(claims):
+    return [claim.row() for claim in claims if not claim.holds]
+
+
+# -- the prediction, by hand -------------------------------------------------------------------------------------------
+
+
+def test_a_disc_is_met_between_its_hole_and_its_rim():
+    disc = glass.Disc((0, 0, 1), (0, 0, 1), 2.0, hole=1.0)
+    origins = np.array([(0.5, 0, 3.0), (1.5, 0, 3.0), (2.5, 0, 3.0), (1.5, 0, 0.0)])
+    distance, normals = disc.meet(origins, np.tile((0, 0, -1.0), (4, 1)))
+    np.testing.assert_array_equal(distance, [np.inf, 2, np.inf, np.inf])
+    np.testing.assert_array_equal(normals, np.tile((0, 0, 1.0), (4, 1)))
+
+
+def test_a_solid_is_met_where_its_faces_are():
+    corners = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1.0)])
+    solid = glass.Solid(corners, [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)])
+    origins = np.array([(0.2, 0.2, 5), (0.9, 0.9, 5), (0.2, 0.2, -5.0)])
+    distance, _ = solid.meet(origins, np.tile((0, 0, -1.0), (3, 1)))
+    np.testing.assert_allclose(distance, [4.4, np.inf, np.inf], rtol=1e-6)
+
+
+@pytest.mark.parametrize("liquid", ["water", "nim"])
+def test_the_table_is_magnified_by_the_apparent_depth_of_slabs(liquid):
+    """From straight above, near the axis, each slab looks as deep as its thickness by its index."""
+    high = 0.6
+    camera = Camera(*Pose((0, 0, high), (0, 0, 0), 1.5, "VERTICAL"), (12, 12))
+    image = Image(np.zeros((1, 12, 12, 3)), camera, GlassParameters(liquid=liquid))
+    magnification = glass.table_magnification(glass.traced_table(image), camera, MEDIA[liquid])
+    slabs = (
+        (high - glass.LEVEL, 1),
+        (glass.LEVEL - glass.BASE, MEDIA[liquid].n),
+        (scene_of.BASE, 1.5),
+        (glass.FOOT, 1),
+    )
+    np.testing.assert_allclose(magnification, high / sum(depth / n for depth, n in slabs), rtol=2e-3)
+
+
+# -- renders -----------------------------------------------------------------------------------------------------------
+
+
+def test_straw_from_the_side(images, monkeypatch):
+    made = images("5.1")
+    traced = {name: glass.traced_side(image) for name, image in made.items()}
+    names = {id(image.parameters): name for name, image in made.items()}
+    monkeypatch.setattr(glass, "traced_side", lambda image: traced[names[id(image.parameters)]])
+    claims = glass.measure_side(made)
+    assert not failing(claims)
+    breaks = {claim.text.partition(":")[0]: claim.measured for claim in claims if "breaks" in claim.text}
+    assert breaks["water"] < -0.3 and breaks["NIM"] > 3
+
+    # a render that bends the other way is refused, in the straw, the bottom and the lip
+    wrong = made | {"side_nim": made["side_nim"]._replace(each=made["side_water"].each)}
+    refused = failing(glass.measure_side(wrong))
+    for word in ("breaks", "bottom", "lip"):
+        assert any(word in row and "NIM" in row for row in refused), word
+
+
+def test_straw_and_table_from_above(images):
+    assert not failing(glass.measure_top(images("5.2")))
+
+
+def test_statues(images):
+    claims = glass.measure_statues(images("5.5"))
+    assert not failing(claims)
+    found = {claim.text: claim.measured for claim in claims}
+    flipped = next(value for text, value in found.items() if text.startswith("NIM: width of the green"))
+    upright = next(value for text, value in found.items() if text.startswith("NIM: height of the green"))
+    assert flipped < 0 < upright

@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Figures 5.4 and 5.6: the prediction stands on its own, Cycles agrees with it, and a wrong sign is seen."""
+
+import math
+
+import numpy as np
+import pytest
+
+from nim_addon.figures import sphere
+from nim_addon.figures.measure import Camera, block_scores, blocks, impact
+from nim_addon.physics import Interface
+from nim_addon.physics.rays import Fate, Shapes, Sphere, trace
+from nim_addon.scenes import sphere as scene_of
+from nim_addon.scenes.sphere import SphereParameters
+
+INDICES = sorted({*sphere.ALONE, *sphere.ACCOMPANIED})
+SIZE, SEEDS, PASSES = (96, 72), 6, 8
+# Four times that of the rms of some hundred independent scores: the three colours of a block are not independent.
+SCATTER = 0.28
+
+
+@pytest.mark.parametrize("n", [-1.025, -1.33, -1.5, -4.1])
+def test_the_inner_region_from_afar_is_where_light_leaves_sideways(n):
+    b = sphere.inner_radius_far(n) + np.array([-1e-6, 1e-6])
+    origins = np.stack([b, 0 * b, 0 * b + 5], axis=-1)
+    ball = Shapes(Sphere((0, 0, 0), 1, Interface(SphereParameters(n=n).medium)))
+    paths = trace(ball, origins, (0, 0, -1), branches=False)
+    onward = paths.direction[(paths.fate == Fate.ESCAPED) & (paths.depth == 2), 2]
+    assert onward[0] < 0 < onward[1]
+
+
+@pytest.mark.parametrize("n", [n for n in INDICES if n < 0])
+def test_the_radius_is_read_off_to_a_pixel(n):
+    camera = Camera(*sphere.PROBE_POSE, (160, 160))
+    pixels = sphere.predicted_probe(SphereParameters(n=n), camera, 4)
+    b = impact(camera, scene_of.CENTER, scene_of.RADIUS)
+    distance = math.dist(sphere.EYE, scene_of.CENTER)
+
+    def turned(b):  # by which a ray at b leaves the axis, less the quarter turn at which it looks sideways
+        return 2 * (math.asin(b) + math.asin(b / -n)) - math.asin(b / distance) - math.pi / 2
+
+    low, high = 0.0, 1.0
+    for _ in range(50):
+        middle = (low + high) / 2
+        low, high = (middle, high) if turned(middle) < 0 else (low, middle)
+    assert sphere.radius_of_inner(pixels, b) == pytest.approx(low, abs=0.003)
+
+
+@pytest.fixture
+def unlit(empty_file, render):
+    """unlit(n, companions) -> SEEDS small unlit renders of the scene (SEEDS, H, W, 3), and the camera that saw them."""
+
+    def pictures(n, companions):
+        scene = scene_of.build(SphereParameters(n=n, companions=companions))
+        scene.render.resolution_x, scene.render.resolution_y = SIZE
+        scene.render.use_persistent_data = True
+        scene.cycles.samples = 8
+        sphere.unlit(scene)
+        each = []
+        for seed in range(SEEDS):
+            scene.cycles.seed = seed
+            each.append(render(scene))
+        return np.array(each), Camera(*scene_of.pose(None), SIZE)
+
+    return pictures
+
+
+def rms(scores):
+    return math.sqrt(np.mean(np.square(scores)))
+
+
+@pytest.mark.parametrize("n", INDICES)
+def test_cycles_shows_the_picture_that_numpy_traces(n, unlit):
+    companions = n in sphere.ACCOMPANIED
+    each, camera = unlit(n, companions)
+    predicted = sphere.predicted_unlit(SphereParameters(n=n, companions=companions), camera, PASSES)
+    scores, expected = block_scores(each, predicted)
+    print(f"n = {n:g}: {scores.size} blocks, rms {rms(scores):.3f}, expected {expected:.3f}")
+    assert scores.size > 150
+    assert rms(scores) == pytest.approx(expected, abs=SCATTER)
+
+
+def test_a_wrong_sign_index_or_permeability_is_seen(unlit):
+    each, camera = unlit(-1.5, False)
+    for wrong in (SphereParameters(n=1.5), SphereParameters(n=-1.5, mu=-1.8), SphereParameters(n=-1.7)):
+        scores, expected = block_scores(each, sphere.predicted_unlit(wrong, camera, PASSES))
+        print(f"{wrong}: rms {rms(scores):.3f}")
+        assert rms(scores) > expected + 2 * SCATTER
+
+
+def test_the_scores_of_noise_are_as_expected():
+    random = np.random.default_rng(1)
+    scores, expected = block_scores(random.normal(0, 1, (8, 256, 256, 3)), random.normal(0, 2, (12, 256, 256, 3)))
+    assert rms(scores) == pytest.approx(expected, rel=0.05)
+    shifted, _ = block_scores(random.normal(0.5, 1, (8, 256, 256, 3)), random.normal(0, 2, (12, 256, 256, 3)))
+    assert rms(shifted) > 2 * expected
+
+
+def test_blocks_and_camera():
+    np.testing.assert_array_equal(blocks(np.arange(36.0).reshape(6, 6, 1), 3)[..., 0], [[7, 10], [25, 28]])
+    camera = Camera((1, 2, 3), (4, 6, 2), 40, "VERTICAL", (64, 48))
+    np.testing.assert_allclose(camera.pixels_of((4, 6, 2)), (32, 24))
+    eye, directions = camera.rays(np.array([5.5, 60.0]), np.array([7.25, 1.0]))
+    np.testing.assert_allclose(camera.pixels_of(eye + 3 * directions), [(5.5, 7.25), (60, 1)])
+    top = camera.rays(np.array([32.0]), np.array([0.0]))[1][0]
+    bottom = camera.rays(np.array([32.0]), np.array([48.0]))[1][0]
+    assert math.degrees(math.acos(top @ bottom)) == pytest.approx(40)
+    assert top[2] > bottom[2]

@@ -21,6 +21,8 @@ OLDEST_BLENDER = (4, 2, 0)  # the Ray Portal closure, which bends a ray backward
 # As cycles.material has them, which cannot be imported without Blender.
 BACKENDS = ("auto", "osl", "nodes")
 NAMES = {"osl": "OSL", "nodes": "Blender's own nodes"}
+CAUSTICS = ("path", "traced")
+PHOTONS = 16 << 20
 LARGEST = 16384  # pixels a side
 MOST_SAMPLES = 1 << 20
 
@@ -248,6 +250,12 @@ def _render_options(one):
     one.add_argument("--name", type=_name, metavar="NAME", help="of the files, without suffix (scene and settings)")
     one.add_argument("--backend", choices=BACKENDS, help="OSL, or Blender's own nodes (auto: OSL where there is some)")
     one.add_argument("--denoise", action=argparse.BooleanOptionalAction, help="clean the noise (OpenImageDenoise)")
+    one.add_argument(
+        "--caustics", choices=CAUSTICS, help="of the pool's sun: found by chance (path), or traced from the sun; (path)"
+    )
+    one.add_argument(
+        "--photons", type=_whole("--photons", 1, 1 << 40), metavar="N", help="for traced caustics (16 million)"
+    )
     form = one.add_mutually_exclusive_group()
     form.add_argument("--quiet", action="store_true", help="print nothing but errors")
     form.add_argument(
@@ -363,14 +371,22 @@ def _make(arguments, kind, parameters, record, name, output):
     denoise = arguments.denoise if arguments.denoise is not None else record.get("denoise", False)
     if denoise and not _can_denoise():
         raise Failure("this Blender was built without OpenImageDenoise; leave --denoise out and take more samples.")
-    folder = render.writable_folder(arguments.out)
-    try:
-        scene = kind.build(parameters, backend)
-    except ValueError as error:
-        raise UsageError(str(error)) from None
 
     def given(value, key, default):
         return value if value is not None else record.get(key, default)
+
+    traced = given(arguments.caustics, "caustics", "path") == "traced"
+    if arguments.photons and not traced:
+        raise UsageError("--photons goes with --caustics traced.")
+    if traced and kind.sun is None:
+        raise UsageError(f"--caustics traced is for the pool, not for the {kind.name}; leave it out.")
+    try:
+        if traced:
+            kind.sun(parameters)
+        folder = render.writable_folder(arguments.out)
+        scene = kind.build(parameters, backend)
+    except ValueError as error:
+        raise UsageError(str(error)) from None
 
     own = record.get("size", (scene.render.resolution_x, scene.render.resolution_y))
     width, height = arguments.size(own) if arguments.size else own
@@ -378,6 +394,7 @@ def _make(arguments, kind, parameters, record, name, output):
     scene.cycles.samples = given(arguments.samples, "samples", scene.cycles.samples)
     scene.cycles.seed = given(arguments.seed, "seed", 0)
     scene.cycles.use_denoising = denoise
+    photons = {"photons": given(arguments.photons, "photons", PHOTONS)} if traced else {}
     made = {
         "nimray": VERSION,
         "scene": kind.name,
@@ -387,8 +404,12 @@ def _make(arguments, kind, parameters, record, name, output):
         "seed": scene.cycles.seed,
         "denoise": scene.cycles.use_denoising,
         "backend": backend,
+        "caustics": "traced" if traced else "path",
+        **photons,
         "blender": _bpy().app.version_string,
     }
+    if traced:
+        _trace_caustics(kind, scene, parameters, made, output)
     if record and not arguments.quiet and record["blender"] != made["blender"]:
         print(f"nimray: made with Blender {record['blender']}, repeated with {made['blender']}.", file=sys.stderr)
     with output.showing(name, made["samples"]) as show:
@@ -396,6 +417,16 @@ def _make(arguments, kind, parameters, record, name, output):
             scene, folder, name, metadata=made, progress=show, blend=getattr(arguments, "blend", False)
         )
     return files, made
+
+
+def _trace_caustics(kind, scene, parameters, made, output):
+    side = 1024 if made["photons"] > 1 << 20 else max(16, math.ceil(math.sqrt(made["photons"])))
+    passes = max(2, math.ceil(made["photons"] / side**2))
+    if not (output.quiet or output.progress) and sys.stderr.isatty():
+        print(f"tracing {passes * side**2:,} photons", file=sys.stderr, flush=True)
+    texels = 512 if side < 1024 else 2048
+    options = {"side": side, "passes": passes, "texels": texels, "seed": made["seed"], "backend": made["backend"]}
+    kind.trace_caustics(scene, parameters, **options)
 
 
 def _recorded(path):

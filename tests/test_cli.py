@@ -63,6 +63,20 @@ def test_render_info_again(tmp_path):
     assert json.loads(nimray("info", second, "--json").stdout) == info
 
 
+def test_caustics_traced_from_the_sun(tmp_path):
+    """Under water a sun of half a degree gives nothing by chance: traced, its light is on the walls, and recorded."""
+    setting = ("--set", "sky=sunny", "sun_angle=0.53", "view=window", "waves=0.05", "--size", "48x36", "--samples", "4")
+    walls = {}
+    for way, *more in (("traced", "--photons", "400000"), ("path",)):
+        done = nimray("render", "pool", *setting, "--caustics", way, *more, "--out", tmp_path, "--name", way)
+        assert done.returncode == 0, done.stderr
+        picture = pixels(tmp_path / f"{way}.exr")
+        walls[way] = np.median(np.concatenate([picture[-6:], picture[:4]])[..., 1])
+    info = json.loads(nimray("info", tmp_path / "traced.exr", "--json").stdout)
+    assert (info["caustics"], info["photons"]) == ("traced", 400000)
+    assert walls["traced"] > 1.3 * walls["path"]
+
+
 @pytest.mark.parametrize("how", (signal.SIGINT, signal.SIGTERM))
 def test_ctrl_c_or_a_kill_stops_at_once_and_leaves_nothing(how, tmp_path):
     run = subprocess.Popen(
@@ -85,6 +99,10 @@ def test_ctrl_c_or_a_kill_stops_at_once_and_leaves_nothing(how, tmp_path):
 
 
 REFUSED = [
+    ("render sphere --caustics traced", "pool"),
+    ("render pool --caustics traced", "sky=sunny"),
+    ("render pool --photons 100", "--caustics traced"),
+    ("render pool --set sky=sunny --caustics traced --photons 0", "out of range"),
     ("render", "name a scene"),
     ("render spere", "did you mean sphere?"),
     ("render sphere --set n=0", "n = 0 refracts nothing"),

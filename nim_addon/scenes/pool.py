@@ -106,17 +106,20 @@ def sunny(width, scattered=True):
     return surfaces.sky("Sunny", (0.48, 0.70, 1.00), (0.10, 0.28, 0.80), glow=sun(width), scattered=scattered)
 
 
-def trace_caustics(scene, parameters, **options):
-    """Let the sun's light through the surface come from photons: caustics.bake() for a scene that build() made.
-
-    options: texels, side, passes, seed, backend, progress of caustics.bake(); returns what it does
-    Raises ValueError where there is no sun or no liquid.
-    """
+def bright_sun(parameters):
+    """The photons.Sun of these PoolParameters; ValueError where no sun shines, or on no liquid."""
     if parameters.sky != "sunny" or parameters.liquid is None:
         lacks = "liquid" if parameters.liquid is None else "sun"
         raise ValueError(f"there is no {lacks} to make caustics; set sky=sunny, and a liquid.")
-    bright = photons.Sun(tuple(-SUN), tuple(SUN_IRRADIANCE), math.radians(parameters.sun_angle), gaussian=True)
-    power = caustics.bake(scene, [bright], **options)
+    return photons.Sun(tuple(-SUN), tuple(SUN_IRRADIANCE), math.radians(parameters.sun_angle), gaussian=True)
+
+
+def trace_caustics(scene, parameters, **options):
+    """Let the sun's light through the surface come from photons: caustics.bake() for a scene that build() made.
+
+    options: texels, side, passes, seed, backend, progress of caustics.bake(); returns and raises as it and bright_sun() do
+    """
+    power = caustics.bake(scene, [bright_sun(parameters)], **options)
     former, scene.world = scene.world, sunny(parameters.sun_angle, scattered=False)
     scene.world[OWNER] = "pool"
     scene.world.cycles.sampling_method = "NONE"  # the sky without its sun is smooth, and is found by chance

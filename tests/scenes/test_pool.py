@@ -8,6 +8,7 @@ import bpy
 import numpy as np
 import pytest
 
+from nim_addon.cycles import caustics
 from nim_addon.physics import Interface, Medium
 from nim_addon.scenes import pool, scene_type, surfaces
 
@@ -374,3 +375,16 @@ def test_from_the_top_the_floor_is_magnified_as_snell_says(picture, liquid):
     land = fall * np.tan(angle) - (pool.LEVEL - pool.FLOOR) * below[:, 0] / below[:, 2]
     expected = np.interp(x, land, angle)
     assert math.atan2(seen[0], -seen[2]) == pytest.approx(expected, abs=pixel_angle(scene, size) / 2)
+
+
+def test_a_pool_built_again_has_no_caustics_of_the_last_one(empty_file):
+    parameters = pool.PoolParameters.read(["sky=sunny"])
+    scene = pool.build(parameters, "nodes")
+    pool.trace_caustics(scene, parameters, side=64, passes=2, texels=64, backend="nodes")
+    assert [thing for thing in scene.objects if thing.get(caustics.OWNER)]
+    assert scene.objects["Basin"].hide_render
+    again = pool.build(parameters, "nodes")
+    assert again == scene
+    assert not [thing for thing in scene.objects if thing.get(caustics.OWNER)]
+    assert not [image for image in bpy.data.images if image.name.startswith(caustics.COLLECTION)]
+    assert not scene.objects["Basin"].hide_render

@@ -178,13 +178,18 @@ def _spread(flux, others, area):
     counts, ground = _table(others), _table(area)
     left = flux.sum(axis=2) > 0
     for radius in RADII:
-        here = left & ((_box(counts, radius) >= ENOUGH) | (radius == RADII[-1]))
-        left &= ~here
         # a photon on a cell that holds no surface, at its very edge, lands on the nearest
-        share = np.where(here, 1 / np.maximum(_box(ground, radius), 1e-30), 0) * (_box(ground, radius) > 0)
-        left |= here & (share == 0)
+        here = left & ((_box(counts, radius) >= ENOUGH) | (radius == RADII[-1]))
+        if not here.any():
+            continue
+        surface = _box(ground, radius)
+        here &= surface > 0
+        left &= ~here
+        share = np.divide(1.0, surface, out=np.zeros_like(surface), where=here)
         for channel in range(flux.shape[2]):
             answer[..., channel] += _box(_table(flux[..., channel] * share), radius)
+        if not left.any():
+            break
     return answer * (area > 0)[..., None]
 
 

@@ -151,7 +151,7 @@ def _parser():
         "  nimray render --again renders/sphere.exr --samples 1024\n\n"
         "`nimray scenes` lists the scenes and the keys that --set takes.",
     )
-    one.add_argument("scene", nargs="?", metavar="SCENE", help="glass, pool or sphere")
+    one.add_argument("scene", nargs="?", metavar="SCENE", help="glass, pool, sphere or sea")
     _render_options(one)
     one.add_argument("--blend", action="store_true", help="save the Blender file too")
     one.add_argument("--again", metavar="FILE", help="repeat the render that made this EXR or PNG")
@@ -167,7 +167,7 @@ def _parser():
         "Commas part the values, but for the one before mu=, which belongs to its medium. Without --vary: empty, water\n"
         "and NIM. Each image is kept too; in the comparison they stand from left to right in the order of the values.",
     )
-    one.add_argument("scene", metavar="SCENE", help="glass, pool or sphere")
+    one.add_argument("scene", metavar="SCENE", help="glass, pool, sphere or sea")
     one.add_argument(
         "--vary", nargs="+", action="extend", default=[], metavar="KEY=A,B,...", help="one image for each of the values"
     )
@@ -299,7 +299,7 @@ def _render(arguments):
     if arguments.again and (arguments.scene or arguments.assignments):
         raise UsageError("--again repeats a scene with its parameters; give it without SCENE and --set.")
     if not arguments.again and not arguments.scene:
-        raise UsageError("name a scene to render: glass, pool or sphere.")
+        raise UsageError("name a scene to render: glass, pool, sphere or sea.")
     _bpy()
     record = _recorded(arguments.again) if arguments.again else {}
     kind = _scene_type(arguments.scene or record["scene"])

@@ -188,10 +188,7 @@ def interface_material(name, inside, outside=MEDIA["air"], *, backend="auto", ti
     """
     interface_group(backend)  # raises, if it must, before there is a material
     material = bpy.data.materials.new(name)
-    if material.node_tree is None:  # from 5.0 a new material comes with its tree
-        material.use_nodes = True
-    tree = material.node_tree
-    tree.nodes.clear()
+    tree = empty_tree(material)
     node = interface_node(tree, inside, outside, backend=backend)
     output = tree.nodes.new("ShaderNodeOutputMaterial")
     output.location = (300, 0)
@@ -200,6 +197,14 @@ def interface_material(name, inside, outside=MEDIA["air"], *, backend="auto", ti
     # how solid view shows it: NIMs warm, dielectrics cool
     material.diffuse_color = (0.9, 0.6, 0.35, 0.5) if inside.is_nim or outside.is_nim else (0.5, 0.7, 0.9, 0.5)
     return material
+
+
+def empty_tree(owner):
+    """The node tree of a bpy.types.Material or World, made where it has none, with no node in it."""
+    if owner.node_tree is None:  # from 5.0 both come with their tree
+        owner.use_nodes = True
+    owner.node_tree.nodes.clear()
+    return owner.node_tree
 
 
 def interface_node(tree, inside, outside=MEDIA["air"], *, backend="auto"):

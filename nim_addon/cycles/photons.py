@@ -14,7 +14,7 @@ import mathutils
 import numpy as np
 
 from . import settings
-from .material import interface_nodes, interface_of, resolve
+from .material import empty_tree, interface_nodes, interface_of, resolve
 from .render import pixels_of
 
 ATTRIBUTE = "nim_place"
@@ -146,10 +146,10 @@ class Tracer:
         scene.render.use_persistent_data = True
         scene.world = bpy.data.worlds.new("NIM photons")
         scene.world.color = (0, 0, 0)
-        _tree(scene.world)
+        empty_tree(scene.world)
         self.shine = _shining()
         self.dark = bpy.data.materials.new("NIM dark")
-        tree = _tree(self.dark)
+        tree = empty_tree(self.dark)
         tree.links.new(
             tree.nodes.new("ShaderNodeHoldout").outputs[0],
             tree.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"],
@@ -356,13 +356,6 @@ def _in_triangle(triangle, x, y):
     return inside
 
 
-def _tree(owner):
-    if owner.node_tree is None:  # from 5.0 both come with their tree
-        owner.use_nodes = True
-    owner.node_tree.nodes.clear()
-    return owner.node_tree
-
-
 def lands(material):
     """Whether light lands on a material: it scatters diffusely."""
     kinds = {"BSDF_DIFFUSE", "BSDF_PRINCIPLED", "EEVEE_SPECULAR", "SUBSURFACE_SCATTERING", "BSDF_TRANSLUCENT"}
@@ -372,7 +365,7 @@ def lands(material):
 def _shining():
     """A material that emits the corner attribute, and 1 more in blue within a medium, where the path met an interface."""
     material = bpy.data.materials.new("NIM place")
-    tree = _tree(material)
+    tree = empty_tree(material)
 
     def math_node(operation, *inputs):
         node = tree.nodes.new("ShaderNodeMath")

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..physics import MEDIA, Interface, Medium
 from . import settings
-from .material import interface_material, resolve
+from .material import empty_tree, interface_material, resolve
 from .render import pixels_of
 
 # degrees; 48 lies just below the critical angle of 1.33 to air, 48.75
@@ -130,16 +130,9 @@ def _rig(backend):
 _KINDS = ("objects", "meshes", "materials", "worlds", "cameras", "node_groups", "texts", "scenes")
 
 
-def _nodes(owner):
-    if owner.node_tree is None:
-        owner.use_nodes = True
-    owner.node_tree.nodes.clear()
-    return owner.node_tree
-
-
 def _world(scene, color):
     world = scene.world = bpy.data.worlds.new("NIM goniometer")
-    tree = _nodes(world)
+    tree = empty_tree(world)
     light = tree.nodes.new("ShaderNodeBackground")
     light.inputs["Color"].default_value = (*color, 1.0)
     tree.links.new(light.outputs[0], tree.nodes.new("ShaderNodeOutputWorld").inputs["Surface"])
@@ -149,7 +142,7 @@ def _world(scene, color):
 def _glowing_floor():
     """A material that emits (0, x + OFFSET, 1)."""
     material = bpy.data.materials.new("NIM floor")
-    tree = _nodes(material)
+    tree = empty_tree(material)
     place = tree.nodes.new("ShaderNodeNewGeometry")
     split = tree.nodes.new("ShaderNodeSeparateXYZ")
     shift = tree.nodes.new("ShaderNodeMath")

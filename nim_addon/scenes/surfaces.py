@@ -5,15 +5,14 @@ import math
 
 import bpy
 
+from ..cycles.material import empty_tree
+
 
 class Nodes:
     """The node tree of a material or world, and a short way to add to it and link."""
 
     def __init__(self, owner):
-        if owner.node_tree is None:  # from 5.0 both come with their tree
-            owner.use_nodes = True
-        self.tree = owner.node_tree
-        self.tree.nodes.clear()
+        self.tree = empty_tree(owner)
         self._column = 0
 
     def add(self, kind, *, inputs=None, **properties):

@@ -522,7 +522,7 @@ def _shown(name, settings, captions, pose=None):
             "glass",
             (f"liquid={liquid}", *settings),
             draft=((320, 320), 48),
-            final=((800, 800), 256),
+            final=((800, 800), 96),
             pose=pose,
             caption=captions.format(NAMES[liquid]),
         )

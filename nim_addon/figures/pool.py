@@ -467,7 +467,7 @@ def _measured(name, change, *settings, pose=None, draft=UP, seeds=1):
     return Recipe(name, "pool", settings, draft=draft, change=change, pose=pose, seeds=seeds, shown=False)
 
 
-def _shown(name, caption, *settings, draft=((360, 240), 32), final=((1296, 864), 128)):
+def _shown(name, caption, *settings, draft=((360, 240), 32), final=((1296, 864), 64)):
     return Recipe(name, "pool", settings, draft=draft, final=final, caption=caption)
 
 

@@ -294,7 +294,7 @@ def _recipes(indices, companion):
                 "sphere",
                 settings,
                 draft=((400, 300), 48),
-                final=((1280, 960), 256),
+                final=((1280, 960), 96),
                 caption=f"n = {n:g}",
             ),
             Recipe(f"unlit_{n:g}", "sphere", settings, draft=UNLIT, change=unlit, seeds=SEEDS, shown=False),

@@ -1,209 +1,268 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Caustics of a small sun: photons, traced from the light, baked into what shines on the surfaces where they landed.
+"""Caustics of small lights: photons, traced from the light, baked into what shines on the surfaces where they landed.
 
 A surface that gets caustics is replaced by a copy that also shines with them; the light's own part of it, through
 interfaces, is then left out of the path tracing, so that nothing is counted twice.
 """
 
+import hashlib
+import json
+import math
+import os
+import zipfile
+from pathlib import Path
+
 import bpy
 import mathutils
 import numpy as np
 
-from . import photons
+from . import charts, lights
+from .density import Density, layout
+from .material import empty_tree, interface_nodes
+from .photons import ATTRIBUTE, HIDDEN, OWNER, SURFACES, Landed, Tracer, is_rendered, lands, mirrors_of
 
-OWNER = "nim_caustics"
+DIGEST = "nim_caustics_of"  # of the collection: digest() of the scene that was traced
+MULTIPLE = "nim_caustics_multiple"  # of a lamp: whether it was found by chance too
 COLLECTION = "NIM Caustics"
-UV, LOW, HIGH = "NIM Caustics", "nim_window_low", "nim_window_high"
-# Least share of all landed power for which a chart gets a part of a texture.
-LEAST = 1e-4
-PADDING = 4  # texels around a window
+SIDES = (("NIM Caustics", "nim_window_low", "nim_window_high"), ("NIM Caustics Back", "nim_back_low", "nim_back_high"))
+PHOTONS = 1 << 24
+PASS = 1 << 20  # photons of a pass, at most
+PASSES = 64  # at least, of a light that a pass shows one point or one width of
+TRIAL = 1 << 18  # photons by which the textures are laid out
+LAMP = ("type", "energy", "color", "exposure", "use_temperature", "temperature", "use_nodes", "normalize", "angle")
+LAMP += ("shadow_soft_size", "spot_size", "spot_blend", "shape", "size", "size_y", "spread")
+PLAIN = ("BOOLEAN", "INT", "FLOAT", "STRING", "ENUM")
 DISKS = 6  # lamps for a Gaussian sun
-ENOUGH = 16  # photons that make a kernel wide enough
-RADII = (0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64)  # of kernels, in texels
 
 
-class Window:
-    """The part of a chart where photons land, and where it lies in its texture.
+class Bake:
+    """A bake, pass by pass; with `with`, for it takes what it made to trace away at the end.
 
-    low:   (2,) corner in metres; cells (width, height) texels of side `texel`, metres; at: (2,) place in the texture
+    scene:   bpy.types.Scene; nothing of it is changed before put(), which puts these caustics in the place of any others
+    light:   None for the lamps of the scene, or a list of lights.Sun, Lamp or Area that nothing else in the scene stands
+             for where their light has been scattered: lamps are made for what they shine on straight
+    texels:  edge of the largest texture; photons: about how many in all; seed: of their noise
+    for step in bake: one round, a pass of every light; bake.done of bake.total rounds are traced. Then put() at any time.
+    Raises ValueError, one sentence: as photons.Tracer does, for a scene without a light, a light of a kind that is not
+    traced or that stands in a medium, and from the first step on where no light lands.
     """
 
-    def __init__(self, low, high, texel):
-        self.low, self.texel = np.asarray(low) - PADDING * texel, texel
-        self.cells = np.ceil((np.asarray(high) - low) / texel).astype(int) + 2 * PADDING
-        self.at = None
+    def __init__(self, scene, light=None, *, texels=2048, photons=PHOTONS, seed=0):
+        self.scene, self.texels, self.seed, self.done = scene, texels, seed, 0
+        scene.view_layers[0].update()  # places set by a script are not yet in the lamps' matrices
+        lamps = [] if light is not None else [lamp for lamp in lights.lamps_of(scene) if not lamp.get(OWNER)]
+        self.sources = [(one, None) for one in light or ()] or [(lights.light_of(lamp), lamp) for lamp in lamps]
+        if not self.sources:
+            raise ValueError("the scene has no light to trace; add a lamp: a sun, a point, a spot or an area.")
+        each = max(64, math.ceil(photons / len(self.sources)))
+        several = any(isinstance(one, lights.Area) or getattr(one, "gaussian", False) for one, _ in self.sources)
+        self.total = max(PASSES if several else 2, math.ceil(each / PASS))
+        self.photons = math.ceil(each / self.total)
+        self.density = None
+        self.tracer = Tracer(scene)
 
+    def __enter__(self):
+        self.tracer.__enter__()
+        try:
+            for light, lamp in self.sources:
+                if isinstance(light, lights.Lamp):
+                    self.tracer.check_outside(lamp.name if lamp else "of the bake", light.place)
+        except BaseException:
+            self.tracer.__exit__()
+            raise
+        return self
 
-def bake(scene, suns, *, texels=2048, side=1024, passes=32, seed=0, backend="auto", progress=None):
-    """Trace the caustics of `suns` (a list of photons.Sun) and put them into `scene`; returns the shares of power.
+    def __exit__(self, *_):
+        self.tracer.__exit__()
 
-    suns:    lights that nothing else in the scene stands for where light has been scattered: lamps are made for what they
-             shine on straight
-    texels:  edge of the texture of an object; side, passes: side x side photons of each sun in each pass
-    Returns a dict: power that landed by way of interfaces, as Cycles counts light (_squeeze), by the name of the object.
-    Raises as photons.Tracer does, and ValueError for media that it does not know or that are more than two.
-    """
-    clear(scene)
-    with photons.Tracer(scene, backend) as tracer:
-        squeeze = _squeeze(tracer.interfaces)
-        windows, textures = _layout(tracer, suns, texels, side // 2, seed)
-        total = len(suns) * passes
-        for number, sun in enumerate(suns):
-            told = progress and (lambda done, _, n=number: progress(n * passes + done, total))
-            batches = tracer.trace(sun, side, passes, seed=seed + 1 + number, progress=told)
-            for index, landed in enumerate(batches):
-                _splat(landed, tracer, windows, textures, index % 2, np.where(landed.inside, squeeze, 1.0) / passes)
-        power = {name: float(texture.flux.sum()) for name, texture in textures.items()}
+    def __iter__(self):
+        if self.density is None:
+            self.density = self._laid_out()
+        first = self.done
+        rounds = zip(*(self._passes(number, first) for number in range(len(self.sources))), strict=True)
+        for landed in rounds:
+            for one in landed:
+                self.density.add(one, self.done % 2)
+            self.done += 1
+            yield self.done
+
+    def _passes(self, number, first):
+        seed = self.seed + 1 + number
+        light = self.sources[number][0]
+        return self.tracer.trace(light, self.photons, self.total, seed=seed, first=first)
+
+    def _laid_out(self):
+        trial = []
+        for light, _ in self.sources:
+            trial += self.tracer.trace(light, TRIAL // 4, 4, seed=self.seed)
+        if not sum(len(one.side) for one in trial):
+            raise ValueError(
+                "no light lands by way of an interface; let the lamps shine on the NIM, and it on something."
+            )
+        colors = np.array([_color(light) for light, _ in self.sources])
+        alike = np.ptp(colors, axis=0).max() < 1e-6 and not self.tracer.tinted
+        names = ("side", "place", "power", "share")
+        sample = Landed(*(np.concatenate([getattr(one, name) for one in trial]) for name in names))
+        textures = layout(self.tracer.charts, sample, self.texels)
+        return Density(self.tracer.parts, self.tracer.charts, textures, tuple(colors[0]) if alike else None)
+
+    def put(self):
+        """Put what has landed so far into the scene; returns the power that landed, as Cycles counts it, by object."""
         baked = []
-        for name, texture in textures.items():
-            mine = {chart: window for chart, window in windows.items() if tracer.charts[chart].thing == name}
-            copies = list(tracer.copies(name, mine, UV, LOW, HIGH, texels))
-            baked.append((name, copies, _irradiance(texture, mine, tracer)))
-    collection = bpy.data.collections.new(COLLECTION)
-    collection[OWNER] = True
-    scene.collection.children.link(collection)
-    for name, copies, irradiance in baked:
-        _replace(scene, collection, name, copies, irradiance)
-    for sun in suns:
-        _lamps(collection, sun)
+        for name, texture in self.density.textures.items():
+            copies = list(self._copies(name, texture))
+            baked.append((name, copies, self.density.irradiance(name, self.done)))
+        clear(self.scene)
+        collection = bpy.data.collections.new(COLLECTION)
+        collection[OWNER], collection[DIGEST] = True, digest(self.scene)
+        self.scene.collection.children.link(collection)
+        for name, copies, irradiance in baked:
+            _replace(self.scene, collection, name, copies, irradiance)
+        for light, lamp in self.sources:
+            if lamp is None:
+                _lamps(collection, light)
+            else:
+                _split(collection, lamp)
+        return self.density.power(self.done)
+
+    def save(self, file):
+        """Keep the state in a file (path), whole or not at all, for load()."""
+        state = {"done": self.done, "mark": self._mark(), **self.density.state()}
+        part = Path(f"{file}.part")
+        with part.open("wb") as stream:
+            np.savez(stream, **state)
+        os.replace(part, file)
+
+    def load(self, file):
+        """Go on from a file that save() made of the same bake; returns whether there was one. Another's is left alone."""
+        try:
+            with np.load(file) as state:
+                if str(state["mark"]) != self._mark():
+                    return False
+                self.density = Density(self.tracer.parts, self.tracer.charts, **Density.from_state(state))
+                self.done = int(state["done"])
+        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+            return False
+        return True
+
+    def _mark(self):
+        of = [digest(self.scene), self.seed, self.photons, self.total, self.texels, bpy.app.version_string]
+        return hashlib.sha256(json.dumps([*of, repr([light for light, _ in self.sources])]).encode()).hexdigest()
+
+    def _copies(self, name, texture):
+        """Meshes and matrices of an object, with the places of its windows in its texture, for either side."""
+        height, width = texture.shape
+        for part in (part for part in self.tracer.parts if part.name == name):
+            mesh = part.mesh.copy()
+            mesh.materials.clear()
+            for material in part.materials:
+                mesh.materials.append(material)
+            mesh.attributes.remove(mesh.attributes[ATTRIBUTE])
+            for back, (uv, low, high) in enumerate(SIDES):
+                windows = {side // 2: window for side, window in texture.windows.items() if side % 2 == back}
+                if back and not any(side % 2 for side in texture.windows):
+                    continue
+                place = np.full((len(part.charts), 2), -1.0, np.float32)
+                bounds = np.zeros((2, len(part.charts), 3), np.float32)
+                for number, window in windows.items():
+                    mine = part.charts == number
+                    flat = np.delete(part.corners[mine], self.tracer.charts[number].axis // 2, axis=1)
+                    place[mine] = ((flat - window.low) / window.texel + window.at) / (width, height)
+                    # half a texel within, so that no neighbour shines through
+                    bounds[0, mine, :2] = (window.at + 0.5) / (width, height)
+                    bounds[1, mine, :2] = (window.at + window.cells - 0.5) / (width, height)
+                layer = mesh.uv_layers.new(name=uv, do_init=False)
+                layer.uv.foreach_set("vector", place.ravel())
+                for attribute, values in zip((low, high), bounds, strict=True):
+                    data = mesh.attributes.new(attribute, "FLOAT_VECTOR", "CORNER").data
+                    data.foreach_set("vector", values.ravel())
+            yield mesh, part.matrix
+
+
+def bake(scene, light=None, *, progress=None, file=None, **options):
+    """Trace the caustics of a scene's lights and put them into it; returns the power that landed, by object.
+
+    scene, light, options: as for Bake; progress: called with (rounds done, rounds in all)
+    file: None, or a path to keep the state in now and then: a bake that was killed goes on from there; gone at the end
+    Raises as Bake does.
+    """
+    with Bake(scene, light, **options) as one:
+        if file:
+            one.load(file)
+        if progress:
+            progress(one.done, one.total)
+        for done in one:
+            if file and done % 16 == 0 and done < one.total:
+                one.save(file)
+            if progress:
+                progress(done, one.total)
+        power = one.put()
+    if file:
+        Path(file).unlink(missing_ok=True)
     return power
 
 
-def _squeeze(interfaces):
-    """Cycles' share of the light that is let into a medium: it takes radiance as the same on both sides of an interface.
-
-    Really it grows by (n_t / n_i)^2. Where eye and light are in one medium this cancels over a whole path, of which the
-    photons are only a part: what lands within a medium is divided by it. interfaces: physics.Interface by material
-    """
-    unknown = [name for name, interface in interfaces.items() if interface is None]
-    if unknown:
-        raise ValueError(f"the media of {unknown[0]} are linked, so that they are not known here; unlink its indices.")
-    shares = {(interface.outside.n / interface.inside.n) ** 2 for interface in interfaces.values()}
-    if max(shares) > min(shares) * (1 + 1e-6):
-        raise ValueError("the scene has interfaces between several media; caustics are traced through one kind only.")
-    return shares.pop()
-
-
-class Texture:
-    """What landed on an object in each half of the passes: `flux` (2, H, W, 3) power a texel, `count` (2, H, W) photons."""
-
-    def __init__(self, height, width):
-        self.flux = np.zeros((2, height, width, 3))
-        self.count = np.zeros((2, height, width))
-
-
-def _layout(tracer, suns, texels, side, seed):
-    """Windows by chart and textures by object, from a first pass of photons."""
-    first = [landed for sun in suns for landed in tracer.trace(sun, side, 1, seed=seed)]
-    chart = np.concatenate([one.chart for one in first])
-    place = np.concatenate([one.place for one in first])
-    power = np.bincount(chart, np.concatenate([one.power for one in first]).sum(axis=1), len(tracer.charts))
-    bounds = {}
-    for number in np.flatnonzero(power > LEAST * power.sum()):
-        spots = place[chart == number]
-        # the few that land far out leave the texels to where the light is
-        low, high = np.quantile(spots, 0.001, axis=0), np.quantile(spots, 0.999, axis=0)
-        margin = 0.02 * (high - low).max() + 1e-4
-        limits = tracer.charts[number]
-        bounds[number] = np.maximum(low - margin, limits.low), np.minimum(high + margin, limits.high)
-    windows, textures = {}, {}
-    for name in {tracer.charts[number].thing for number in bounds}:
-        mine = {number: both for number, both in bounds.items() if tracer.charts[number].thing == name}
-        area = sum(float(np.prod(high - low)) for low, high in mine.values())
-        texel = max(np.sqrt(area) / texels, 1e-6)
-        while True:
-            laid = {number: Window(low, high, texel) for number, (low, high) in mine.items()}
-            height = _shelve(laid.values(), texels)
-            if height <= texels:
-                break
-            texel *= 1.1
-        windows |= laid
-        textures[name] = Texture(texels, texels)
-    return windows, textures
-
-
-def _shelve(windows, width):
-    """Lay windows on shelves, the highest first; returns the height they take, or more than `width` if one is too wide."""
-    left = top = shelf = 0
-    for window in sorted(windows, key=lambda one: -one.cells[1]):
-        if window.cells[0] > width:
-            return width + 1
-        if left + window.cells[0] > width:
-            left, top, shelf = 0, top + shelf, 0
-        window.at = np.array([left, top])
-        left += window.cells[0]
-        shelf = max(shelf, window.cells[1])
-    return top + shelf
-
-
-def _splat(landed, tracer, windows, textures, half, share):
-    for number, window in windows.items():
-        mine = landed.chart == number
-        cell = np.floor((landed.place[mine] - window.low) / window.texel).astype(int)
-        inside = np.all((cell >= 0) & (cell < window.cells), axis=1)
-        column, row = cell[inside].T
-        texture = textures[tracer.charts[number].thing]
-        shape = window.cells[::-1]
-        index, size = row * shape[1] + column, shape[0] * shape[1]
-        part = half, slice(window.at[1], window.at[1] + shape[0]), slice(window.at[0], window.at[0] + shape[1])
-        texture.count[part] += np.bincount(index, minlength=size).reshape(shape)
-        for channel, power in enumerate((landed.power * share[:, None])[mine][inside].T):
-            texture.flux[(*part, channel)] += np.bincount(index, power, size).reshape(shape)
-
-
-def _irradiance(texture, windows, tracer):
-    """(H, W, 3) power per area: each photon's power spread over a box about it, and on the surface only.
-
-    The box is as wide as it takes to hold ENOUGH photons, so that a sharp line stays sharp and a dim place smooth, and
-    bright light does not leak into a dark place beside it (a variable kernel at the sample points: Breiman, Meisel and
-    Purcell 1977; the density estimate of a photon map, Jensen 1996, asks at the texels instead, and does leak). The
-    photons of one half of the passes choose the width for those of the other: chosen by its own, an estimate is biased.
-    What a box holds is shared out over the surface in it: nothing is lost where the surface or its chart ends.
-    """
-    answer = np.zeros(texture.flux.shape[1:])
-    for number, window in windows.items():
-        rows = slice(window.at[1], window.at[1] + window.cells[1])
-        columns = slice(window.at[0], window.at[0] + window.cells[0])
-        area = tracer.area(number, window.low, window.texel, window.cells)
-        for half in (0, 1):
-            answer[rows, columns] += _spread(
-                texture.flux[half, rows, columns], texture.count[1 - half, rows, columns], area
-            )
-    return answer
-
-
-def _spread(flux, others, area):
-    """Power per area (H, W, 3) of `flux` (H, W, 3), in boxes that hold enough of `others` (H, W); `area` (H, W) of cells."""
-    answer = np.zeros_like(flux)
-    counts, ground = _table(others), _table(area)
-    left = flux.sum(axis=2) > 0
-    for radius in RADII:
-        # a photon on a cell that holds no surface, at its very edge, lands on the nearest
-        here = left & ((_box(counts, radius) >= ENOUGH) | (radius == RADII[-1]))
-        if not here.any():
+def digest(scene):
+    """A mark of all that decides the caustics of `scene`: shapes and places, media, lamps; another one if any changes."""
+    lines = []
+    scene.view_layers[0].update()
+    for thing in scene.objects:
+        if not is_rendered(thing):
             continue
-        surface = _box(ground, radius)
-        here &= surface > 0
-        left &= ~here
-        share = np.divide(1.0, surface, out=np.zeros_like(surface), where=here)
-        for channel in range(flux.shape[2]):
-            answer[..., channel] += _box(_table(flux[..., channel] * share), radius)
-        if not left.any():
-            break
-    return answer * (area > 0)[..., None]
+        if thing.type == "LIGHT":
+            what = [_plain(getattr(thing.data, name, None)) for name in LAMP]
+        elif thing.type in SURFACES:
+            what = [_shape_mark(thing.data), [_settings(modifier) for modifier in thing.modifiers]]
+            what += [_material_mark(slot.material) for slot in thing.material_slots]
+        else:
+            continue
+        lines.append(json.dumps([what, np.round(np.array(thing.matrix_world), 6).tolist()]))
+    return hashlib.sha256("".join(sorted(lines)).encode()).hexdigest()
 
 
-def _table(values):
-    return np.pad(values, ((1, 0), (1, 0))).cumsum(axis=0).cumsum(axis=1)
+def _shape_mark(data):
+    if not isinstance(data, bpy.types.Mesh):
+        return _settings(data)
+    mark = hashlib.sha256(charts.read(data.vertices, "co", 3).tobytes())
+    mark.update(charts.read(data.loops, "vertex_index", 1, np.int32).tobytes())
+    if data.shape_keys:
+        mark.update(json.dumps([key.value for key in data.shape_keys.key_blocks]).encode())
+    return mark.hexdigest()
 
 
-def _box(table, radius):
-    """Sums over the square of that radius about each cell, cut off at the edges."""
-    height, width = table.shape[0] - 1, table.shape[1] - 1
-    low_y, high_y = np.maximum(np.arange(height) - radius, 0), np.minimum(np.arange(height) + radius + 1, height)
-    low_x, high_x = np.maximum(np.arange(width) - radius, 0), np.minimum(np.arange(width) + radius + 1, width)
-    rows = table[high_y] - table[low_y]
-    return rows[:, high_x] - rows[:, low_x]
+def _material_mark(material):
+    if material is None or lands(material):
+        return "lands"
+    nodes = [*interface_nodes(material), *mirrors_of(material)]
+    sockets = [socket for node in nodes for socket in node.inputs if hasattr(socket, "default_value")]
+    return [[socket.name, socket.is_linked, _plain(socket.default_value)] for socket in sockets]
+
+
+def _settings(owner):
+    """The plain properties of a modifier or a curve, and the inputs of geometry nodes."""
+    values = {
+        one.identifier: _plain(getattr(owner, one.identifier)) for one in owner.bl_rna.properties if one.type in PLAIN
+    }
+    for key in owner.keys() if isinstance(owner, bpy.types.NodesModifier) else ():
+        values[key] = repr(owner[key])
+    return values
+
+
+def _plain(value):
+    if value is None or isinstance(value, (str, bool, int)):
+        return value
+    return round(value, 6) if isinstance(value, float) else [_plain(one) for one in value]
+
+
+def baked(scene):
+    """The collection of the caustics in `scene`, or None."""
+    return next((one for one in scene.collection.children if one.get(OWNER)), None)
+
+
+def out_of_date(scene):
+    """Whether `scene` has caustics of another shape, place, medium or light than it has now."""
+    collection = baked(scene)
+    return collection is not None and collection.get(DIGEST) != digest(scene)
 
 
 # ------------------------------------------------------------------------------------------------ what shines
@@ -221,11 +280,22 @@ def clear(scene):
         node.image for one in materials for node in one.node_tree.nodes if node.get(OWNER) and node.type == "TEX_IMAGE"
     }
     for thing in scene.objects:
-        if thing.get(f"{OWNER}_hidden"):
-            thing.hide_render = False
-            del thing[f"{OWNER}_hidden"]
+        if thing.get(HIDDEN):
+            thing.hide_render, thing.hide_viewport = False, thing[HIDDEN] > 1
+            del thing[HIDDEN]
+        if thing.type == "LIGHT" and thing.data.get(MULTIPLE) is not None:
+            thing.data.cycles.use_multiple_importance_sampling = thing.data[MULTIPLE]
+            del thing.data[MULTIPLE]
     bpy.data.batch_remove([*things, *collections])
     bpy.data.batch_remove([*data, *materials, *images])
+
+
+def _color(light):
+    """(3,) the colour of a light, its strongest channel 1."""
+    strength = next(
+        np.asarray(getattr(light, name)) for name in ("irradiance", "intensity", "radiance") if hasattr(light, name)
+    )
+    return strength / strength.max()
 
 
 def _replace(scene, collection, name, copies, irradiance):
@@ -242,33 +312,86 @@ def _replace(scene, collection, name, copies, irradiance):
         thing = bpy.data.objects.new(f"{COLLECTION} {name}", mesh)
         thing[OWNER] = True
         thing.matrix_world = matrix
+        sides = [side for side in SIDES if side[0] in mesh.uv_layers]
         for index, material in enumerate(list(mesh.materials)):
-            if material and photons.lands(material):
-                mesh.materials[index] = _shining(material, image)
+            if material and lands(material):
+                mesh.materials[index] = _shining(material, image, sides)
         collection.objects.link(thing)
-    original.hide_render = True
-    original[f"{OWNER}_hidden"] = True
+    original[HIDDEN] = 2 if original.hide_viewport else 1
+    original.hide_render = original.hide_viewport = True
 
 
-def _lamps(collection, sun):
-    """Lamps for what a sun shines on straight: one, or as many disks as make a Gaussian."""
-    disks = sun.half_angles(DISKS if sun.gaussian else 1, np.random.default_rng(0))
-    strongest = max(sun.irradiance)
-    for half in disks:
-        data = bpy.data.lights.new(COLLECTION, "SUN")
-        data.angle = 2 * half
-        data.energy = strongest / len(disks)
-        data.color = tuple(np.divide(sun.irradiance, strongest))
-        # met by shadow rays only, which end at an interface: by chance it would be met through one, and counted twice
-        data.cycles.use_multiple_importance_sampling = False
-        lamp = bpy.data.objects.new(COLLECTION, data)
-        lamp[OWNER] = True
-        lamp.rotation_euler = mathutils.Vector(sun.direction).to_track_quat("-Z", "Y").to_euler()
-        collection.objects.link(lamp)
+def _lamps(collection, light):
+    """Lamps for what a lights.Sun, Lamp or Area shines on straight; a Gaussian sun is made of some disks."""
+    if isinstance(light, lights.Sun):
+        halves = light.half_angles(DISKS if light.gaussian else 1, np.random.default_rng(0))
+        for half in halves:
+            data = bpy.data.lights.new(COLLECTION, "SUN")
+            data.angle = 2 * half
+            data.energy = max(light.irradiance) / len(halves)
+            _lamp(collection, data, light, light.direction)
+    elif isinstance(light, lights.Area):
+        data = bpy.data.lights.new(COLLECTION, "AREA")
+        data.shape = "ELLIPSE" if light.round else "RECTANGLE"
+        data.size, data.size_y = light.size
+        data.energy = max(light.radiance) * math.pi * light.area
+        _lamp(collection, data, light).matrix_world = mathutils.Matrix(light.frame)
+    else:
+        data = bpy.data.lights.new(COLLECTION, "SPOT" if light.axis else "POINT")
+        data.shadow_soft_size = light.radius
+        data.energy = max(light.intensity) * 4 * math.pi
+        if light.axis:
+            data.spot_size, data.spot_blend = 2 * math.acos(light.edge), light.blend
+        _lamp(collection, data, light, light.axis).location = light.place
 
 
-def _shining(material, image):
-    """A copy of `material` that also sends out what it would of the light in `image`."""
+def _lamp(collection, data, light, direction=None):
+    data.color = _color(light)
+    # met by shadow rays only, which end at an interface: by chance it would be met through one, and counted twice
+    data.cycles.use_multiple_importance_sampling = False
+    lamp = bpy.data.objects.new(COLLECTION, data)
+    lamp[OWNER] = True
+    if direction:
+        lamp.rotation_euler = mathutils.Vector(direction).to_track_quat("-Z", "Y").to_euler()
+    collection.objects.link(lamp)
+    return lamp
+
+
+def _split(collection, lamp):
+    """Let a lamp of the scene be met by shadow rays only, and a copy of it only be seen, where nothing was scattered."""
+    data = lamp.data
+    if data.get(MULTIPLE) is None:
+        data[MULTIPLE] = data.cycles.use_multiple_importance_sampling
+    data.cycles.use_multiple_importance_sampling = False
+    seen = lamp.copy()
+    seen.name = f"{COLLECTION} {lamp.name}"
+    seen.data = data.copy()
+    seen.data.cycles.use_multiple_importance_sampling = True
+    seen.visible_diffuse = False
+    seen[OWNER] = True
+    tree = empty_tree(seen.data)
+    seen.data.use_nodes = True
+    path = tree.nodes.new("ShaderNodeLightPath").outputs
+    straight = tree.nodes.new("ShaderNodeMath")
+    straight.operation = "MAXIMUM"
+    tree.links.new(path["Is Camera Ray"], straight.inputs[0])
+    tree.links.new(path["Is Singular Ray"], straight.inputs[1])
+    scattered = tree.nodes.new("ShaderNodeMath")
+    scattered.operation = "LESS_THAN"
+    scattered.inputs[1].default_value = 0.5
+    tree.links.new(path["Diffuse Depth"], scattered.inputs[0])
+    both = tree.nodes.new("ShaderNodeMath")
+    both.operation = "MULTIPLY"
+    tree.links.new(straight.outputs[0], both.inputs[0])
+    tree.links.new(scattered.outputs[0], both.inputs[1])
+    glow = tree.nodes.new("ShaderNodeEmission")
+    tree.links.new(both.outputs[0], glow.inputs["Strength"])
+    tree.links.new(glow.outputs[0], tree.nodes.new("ShaderNodeOutputLight").inputs["Surface"])
+    collection.objects.link(seen)
+
+
+def _shining(material, image, sides):
+    """A copy of `material` that also sends out what it would of the light in `image`, found by the names in `sides`."""
     copy = material.copy()
     copy[OWNER] = True
     tree = copy.node_tree
@@ -287,28 +410,29 @@ def _shining(material, image):
                 node.inputs[key].default_value = value
         return node
 
-    place = add("ShaderNodeUVMap", uv_map=UV).outputs[0]
-    inside = None
-    for attribute, sign in ((LOW, "GREATER_THAN"), (HIGH, "LESS_THAN")):
-        limit = add("ShaderNodeAttribute", attribute_name=attribute).outputs["Vector"]
-        a, b = (add("ShaderNodeSeparateXYZ", {0: vector}) for vector in (place, limit))
-        for axis in (0, 1):
-            within = add("ShaderNodeMath", {0: a.outputs[axis], 1: b.outputs[axis]}, operation=sign).outputs[0]
-            inside = (
-                add("ShaderNodeMath", {0: inside, 1: within}, operation="MULTIPLY").outputs[0] if inside else within
-            )
-    light = add("ShaderNodeTexImage", {"Vector": place}, image=image, interpolation="Linear").outputs["Color"]
-    color = (1.0, 1.0, 1.0, 1.0)
+    def math_node(operation, a, b):
+        return add("ShaderNodeMath", {0: a, 1: b}, operation=operation).outputs[0]
+
+    def vector(operation, a, b):
+        return add("ShaderNodeVectorMath", {0: a, 1: b}, operation=operation).outputs[0]
+
+    back = add("ShaderNodeNewGeometry").outputs["Backfacing"]
+    light = None
+    for (uv, low, high), here in zip(sides, (math_node("SUBTRACT", 1.0, back), back), strict=False):
+        place = add("ShaderNodeUVMap", uv_map=uv).outputs[0]
+        limits = [add("ShaderNodeAttribute", attribute_name=name).outputs["Vector"] for name in (low, high)]
+        for limit, operation in zip(limits, ("GREATER_THAN", "LESS_THAN"), strict=True):
+            a, b = (add("ShaderNodeSeparateXYZ", {0: one}) for one in (place, limit))
+            for axis in (0, 1):
+                here = math_node("MULTIPLY", here, math_node(operation, a.outputs[axis], b.outputs[axis]))
+        shown = add("ShaderNodeTexImage", {"Vector": place}, image=image, interpolation="Linear").outputs["Color"]
+        scaled = add("ShaderNodeVectorMath", {0: shown, "Scale": here}, operation="SCALE").outputs[0]
+        light = vector("ADD", light, scaled) if light else scaled
+    color = (1.0, 1.0, 1.0)
     if diffuse:
         socket = diffuse.inputs["Color" if diffuse.type == "BSDF_DIFFUSE" else "Base Color"]
-        color = socket.links[0].from_socket if socket.is_linked else tuple(socket.default_value)
-    product = add(
-        "ShaderNodeVectorMath",
-        {0: light, 1: color if isinstance(color, bpy.types.NodeSocket) else color[:3]},
-        operation="MULTIPLY",
-    )
-    strength = add("ShaderNodeMath", {0: inside, 1: 1 / np.pi}, operation="MULTIPLY")
-    glow = add("ShaderNodeEmission", {"Color": product.outputs[0], "Strength": strength.outputs[0]})
+        color = socket.links[0].from_socket if socket.is_linked else tuple(socket.default_value)[:3]
+    glow = add("ShaderNodeEmission", {"Color": vector("MULTIPLY", light, color), "Strength": 1 / np.pi})
     before = output.inputs["Surface"].links[0].from_socket
     both = add("ShaderNodeAddShader", {0: before, 1: glow.outputs[0]})
     tree.links.new(both.outputs[0], output.inputs["Surface"])

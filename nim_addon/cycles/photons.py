@@ -1,145 +1,89 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Photons: Cycles renders from the light, with the same shader, and every pixel says where its photon landed.
+"""Photons: Cycles renders from the light, with the same optics, and every pixel says where its photon landed.
 
-An orthographic camera looks along the sun's light; its lens is as wide as the sun's disk, so that the rays through each
-point of the focal plane come from all of the disk. Every opaque surface shines with the place that was hit, and only if
-the path met an interface before: light that reaches a surface straight is the path tracer's.
+A camera stands where the light is (lights.Shot). Every surface that light lands on shines with the place that was hit,
+and only if the path met an interface or a mirror before: light that reaches a surface straight is the path tracer's.
 """
 
-import math
+import contextlib
 from typing import NamedTuple
 
 import bpy
 import mathutils
 import numpy as np
+from mathutils.bvhtree import BVHTree
 
-from . import settings
-from .material import empty_tree, interface_nodes, interface_of, resolve
+from . import charts, lights, settings
+from .charts import Chart, Part, read
+from .material import MARK, empty_tree, fill_group, interface_nodes, interface_of
 from .render import pixels_of
 
 ATTRIBUTE = "nim_place"
-SUBDIVISION = 4  # points of a cell, along an edge, by which its surface is counted
+OWNER = "nim_caustics"  # marks what a bake (caustics.Bake) put into the scene
+HIDDEN = "nim_caustics_hidden"  # and what it put a copy in the place of
+# Within a medium light is counted for less (Tracer.shares). The share of a crossing, (n_i / n_t)^2, travels as a colour
+# (1, 2 - s, s), which must stay positive and of mean 1, so that no path changes: s is the share to a small power.
+POWER = 0.05
+SHINY = 0.003  # Cycles takes a rougher closure as not quite a mirror, and finds lamps in it
+SURFACES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
+KINDS = ("objects", "meshes", "materials", "worlds", "cameras", "scenes", "node_groups")
+SAMPLES = 5  # points along an edge of a box that light is sent at
 
 
-class Sun(NamedTuple):
-    """Light from far away: `direction` it travels in (3,), `irradiance` (3,) on a plane across its rays, W/m^2 or any
-    unit, `angle` of its disk, radians, and whether it is a Gaussian of that width (1/e to 1/e) rather than a disk."""
+class Landed:
+    """Photons that met an interface or a mirror, and landed.
 
-    direction: tuple
-    irradiance: tuple
-    angle: float
-    gaussian: bool = False
-
-    def half_angles(self, count, random):
-        """Half-angles, radians, of `count` uniform disks that together are this sun."""
-        if not self.gaussian:
-            return np.full(count, self.angle / 2)
-        # a Gaussian is a mixture of disks whose radius^2 is a sum of two exponential numbers
-        strata = (np.arange(count) + random.random(count)) / count
-        return self.angle / 2 * np.sqrt(_gamma2(random.permutation(strata)))
-
-
-def _gamma2(q):
-    """Quantile q of the sum of two exponential numbers, 1 - (1 + x) e^-x = q, by Newton's method."""
-    x = np.sqrt(2 * q) + q
-    for _ in range(40):
-        x = np.maximum(x - (1 - (1 + x) * np.exp(-x) - q) / np.maximum(x * np.exp(-x), 1e-12), 1e-9)
-    return x
-
-
-class Landed(NamedTuple):
-    """Photons that met an interface and landed.
-
-    chart: (N,) number of the chart; place: (N, 2) in it, in metres; power: (N, 3)
-    inside: (N,) whether they had crossed interfaces an odd number of times, and so landed within a medium
+    side:  (N,) twice the number of the chart, and 1 more where they landed on the back of its faces
+    place: (N, 2) in the chart, metres; power: (N, 3)
+    share: (N,) what part of a photon's power Cycles makes of it (Tracer.shares)
     """
 
-    chart: np.ndarray
-    place: np.ndarray
-    power: np.ndarray
-    inside: np.ndarray
+    def __init__(self, side, place, power, share):
+        self.side, self.place, self.power, self.share = side, place, power, share
 
-
-class Chart(NamedTuple):
-    """A nearly flat piece of a surface, seen along one axis of the world.
-
-    thing: name of its object; axis: 0 to 5 for +x, -x, +y, -y, +z, -z; low, high: its bounds (2,) in metres, on the two
-    other axes in their order
-    """
-
-    thing: str
-    axis: int
-    low: np.ndarray
-    high: np.ndarray
-
-
-class Part(NamedTuple):
-    """A mesh that light lands on: its object's name, its matrix and materials, each corner's place in the world and chart."""
-
-    name: str
-    mesh: bpy.types.Mesh
-    matrix: mathutils.Matrix
-    materials: list
-    corners: np.ndarray
-    charts: np.ndarray
-
-
-def charts_of(vertices, polygons, normals):
-    """The chart of each face of a mesh: faces that share an edge and look the same way, of six ways.
-
-    vertices: (V, 3); polygons: sequences of vertex indices; normals: (F, 3)
-    Returns (F,) chart numbers from 0, and the axis of each chart.
-    """
-    normals = np.asarray(normals)
-    strongest = np.abs(normals).argmax(axis=1)
-    axis = 2 * strongest + (normals[np.arange(len(normals)), strongest] < 0)
-    parent = np.arange(len(polygons))
-
-    def root(face):
-        while parent[face] != face:
-            parent[face] = parent[parent[face]]
-            face = parent[face]
-        return face
-
-    edges = {}
-    for face, corners in enumerate(polygons):
-        for a, b in zip(corners, [*corners[1:], corners[0]], strict=True):
-            other = edges.setdefault((min(a, b), max(a, b)), face)
-            if axis[other] == axis[face]:
-                parent[root(face)] = root(other)
-    _, first, number = np.unique([root(face) for face in range(len(polygons))], return_index=True, return_inverse=True)
-    return number, axis[first]
+    @property
+    def chart(self):
+        """(N,) number of the chart."""
+        return self.side // 2
 
 
 class Tracer:
-    """A scene made ready for photons: `charts`, a list of Chart, and trace().
+    """A scene made ready for photons: `charts`, a list of Chart, `parts`, of Part, and trace().
 
-    scene:   bpy.types.Scene; nothing of it is changed
-    backend: of its interfaces, as for material.resolve
-    Use it with `with`: what it makes is taken away at the end. Raises ValueError, one sentence, for a scene without an
-    interface or without a surface for the light to land on.
+    scene: bpy.types.Scene; nothing of it is changed. Use it with `with`: what it makes is taken away at the end.
+    Raises ValueError, one sentence, for a scene without an interface or a mirror, without a surface for the light to land
+    on, or with one that has no area.
+
+    Cycles takes radiance as the same on both sides of an interface, where really it grows by (n_t / n_i)^2. Where eye and
+    light are in one medium this cancels over a whole path, of which the photons are only a part: `share` of a photon
+    that landed within a medium is (n / n_t)^2 for the medium's n_t and the light's n.
     """
 
-    def __init__(self, scene, backend="auto"):
-        self.source, self.backend = scene, resolve(backend)
-        self.charts, self.parts, self.interfaces = [], [], {}
+    def __init__(self, scene):
+        self.source = scene
+        self.charts, self.parts, self.trees, self.tinted, self.shares = [], [], [], False, set()
 
     def __enter__(self):
-        self.before = {kind: set(getattr(bpy.data, kind)) for kind in _KINDS}
+        before = {kind: set(getattr(bpy.data, kind)) for kind in KINDS}
         try:
             self._build()
         except BaseException:
+            self.made = _since(before)
             self.__exit__()
             raise
+        self.made = _since(before)
         return self
 
     def __exit__(self, *_):
-        new = [data for kind in _KINDS for data in set(getattr(bpy.data, kind)) - self.before[kind]]
-        bpy.data.batch_remove([data for data in new if data.name != "Render Result"])
+        bpy.data.batch_remove(self.made)
 
     def _build(self):
         scene = self.scene = bpy.data.scenes.new("NIM photons")
-        settings.lossless(scene, self.backend)
+        settings.lossless(scene, "nodes")
+        scene.cycles.min_light_bounces = scene.cycles.min_transparent_bounces = (
+            settings.BOUNCES
+        )  # no path ends by chance
+        scene.cycles.diffuse_bounces = 0  # scattered light is the path tracer's
         scene.cycles.pixel_filter_type = "BOX"
         scene.cycles.filter_width = 1.0
         scene.cycles.use_light_tree = False
@@ -147,213 +91,291 @@ class Tracer:
         scene.world = bpy.data.worlds.new("NIM photons")
         scene.world.color = (0, 0, 0)
         empty_tree(scene.world)
-        self.shine = _shining()
+        self.group = self._optics()
+        self.shine = self._shining()
         self.dark = bpy.data.materials.new("NIM dark")
         tree = empty_tree(self.dark)
         tree.links.new(
             tree.nodes.new("ShaderNodeHoldout").outputs[0],
             tree.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"],
         )
-        bent, corners = [], []
-        with bpy.context.temp_override(scene=self.source, view_layer=self.source.view_layers[0]):
-            depsgraph = bpy.context.evaluated_depsgraph_get()
+        self.bending = {}  # materials for photons, by the name of what they stand for
+        bent, corners, self.surfaces = [], [], []
+        with as_rendered(self.source) as depsgraph:
             for instance in depsgraph.object_instances:
                 thing = instance.object
-                if thing.type == "MESH" and instance.show_self and not thing.original.hide_render:
-                    box = [tuple(instance.matrix_world @ mathutils.Vector(corner)) for corner in thing.bound_box]
-                    corners += box
-                    if self._add(thing, instance.matrix_world.copy(), depsgraph):
-                        bent += box
+                if thing.type in SURFACES and instance.show_self and is_rendered(thing.original):
+                    matrix = instance.matrix_world.copy()
+                    copy, bends = self._add(thing, matrix, depsgraph, instance.is_instance)
+                    if copy is None:
+                        continue
+                    box = _box(copy.data, matrix)
+                    corners.append(box)
+                    if bends:
+                        bent.append(box)
+                        self.surfaces.append(copy)
         if not bent:
-            raise ValueError("the scene has no interface for light to pass; give a mesh the material of a NIM.")
+            raise ValueError("the scene has no interface or mirror; give a mesh the material of a NIM.")
         if not self.charts:
             raise ValueError("the scene has no diffuse surface for light to land on; add a ground or a floor.")
-        self.bent, self.corners = np.array(bent), np.array(corners)
+        self.target = lights.Target(np.concatenate(bent), np.concatenate(corners))
         self.camera = bpy.data.objects.new("NIM photons", bpy.data.cameras.new("NIM photons"))
         scene.collection.objects.link(self.camera)
         scene.camera = self.camera
 
-    def _add(self, thing, matrix, depsgraph):
-        """Put a copy of an object into the scene; returns whether it has an interface."""
+    def _add(self, thing, matrix, depsgraph, instanced):
+        """Put a copy of an object into the scene; returns it, or None for one without faces, and whether it bends light."""
         mesh = bpy.data.meshes.new_from_object(thing, preserve_all_data_layers=True, depsgraph=depsgraph)
+        if not mesh.polygons:
+            return None, False
         materials = list(mesh.materials) or [None]
-        bends = [bool(interface_nodes(material)) for material in materials]
-        self.interfaces |= {
-            material.name: interface_of(node) for material in materials for node in interface_nodes(material)
-        }
-        lands_here = [not b and (m is None or lands(m)) for b, m in zip(bends, materials, strict=True)]
-        if any(lands_here):
+        bending = [self._bending(material) for material in materials]
+        lands_here = [not b and (m is None or lands(m)) for b, m in zip(bending, materials, strict=True)]
+        # what stands in several places cannot be given a light of its own in each: it only throws a shadow
+        if any(lands_here) and not instanced:
             self._mark(mesh, matrix, lands_here, thing.original.name)
+        else:
+            lands_here = [False] * len(lands_here)
         mesh.materials.clear()
-        for material, bend, land in zip(materials, bends, lands_here, strict=True):
-            mesh.materials.append(material if bend else self.shine if land else self.dark)
+        for bend, land in zip(bending, lands_here, strict=True):
+            mesh.materials.append(bend or (self.shine if land else self.dark))
         copy = bpy.data.objects.new("NIM photons", mesh)
         copy.matrix_world = matrix
         self.scene.collection.objects.link(copy)
-        return any(bends)
+        return copy, any(bending)
+
+    def _bending(self, material):
+        """The material that bends or mirrors photons as `material` does light; None for one that does neither."""
+        if material is None or material.node_tree is None:
+            return None
+        if material.name in self.bending:
+            return self.bending[material.name]
+        nodes, mirrors = interface_nodes(material), mirrors_of(material)
+        if not nodes and not mirrors:
+            return None
+        copy = material.copy()
+        for node in interface_nodes(copy):
+            self._note(interface_of(node), node)
+            node.node_tree = self.group
+        for node in mirrors_of(copy):
+            self._tame(copy.node_tree, node)
+        if mirrors:
+            self.trees.append(copy.node_tree)
+        self.bending[material.name] = copy
+        return copy
+
+    def _note(self, interface, node):
+        """Remember what an interface does to light: to its counting (None where a link decides), and to its colour."""
+        self.shares.add(interface and round((interface.outside.n / interface.inside.n) ** 2, 9))
+        tint = node.inputs["Tint"]
+        self.tinted |= tint.is_linked or min(tint.default_value[:3]) < 1 or max(tint.default_value[:3]) > 1
+
+    def _tame(self, tree, node):
+        """Let a mirror's colour count only while the photons' colours are asked for."""
+        socket = node.inputs["Color"]
+        self.tinted |= socket.is_linked or tuple(socket.default_value[:3]) != (1, 1, 1)
+        mix = _mix(tree, (1, 1, 1, 1), socket.links[0].from_socket if socket.is_linked else tuple(socket.default_value))
+        tree.links.new(_switch(tree, "NIM tinted"), mix.factor)
+        tree.links.new(mix.result, socket)
+
+    def _optics(self):
+        """The group of the interface in Blender's nodes, with switches for its tint and for what crossings count."""
+        group = bpy.data.node_groups.new("NIM photons", "ShaderNodeTree")
+        fill_group(group, "nodes")
+        del group[MARK]  # no material of the file is to take it
+        named = {node.label: node for node in group.nodes}
+        tree = group
+        # Blender's Glass cannot tell what it reflects from what it lets through
+        either = named["either"].inputs[0]
+        tree.links.remove(either.links[0])
+        either.default_value = 0.0
+        tint = named["reflected"].inputs["Color"].links[0].from_socket
+        whole = _mix(tree, (1, 1, 1, 1), tint)
+        tree.links.new(_switch(tree, "NIM tinted"), whole.factor)
+        power = tree.nodes.new("ShaderNodeMath")
+        power.operation = "POWER"
+        tree.links.new(named["q^2"].outputs[0], power.inputs[0])
+        power.inputs[1].default_value = POWER
+        rest = tree.nodes.new("ShaderNodeMath")
+        rest.operation = "SUBTRACT"
+        rest.inputs[0].default_value = 2.0
+        tree.links.new(power.outputs[0], rest.inputs[1])
+        colour = tree.nodes.new("ShaderNodeCombineXYZ")
+        colour.inputs[0].default_value = 1.0
+        tree.links.new(rest.outputs[0], colour.inputs[1])
+        tree.links.new(power.outputs[0], colour.inputs[2])
+        counted = _mix(tree, whole.result, colour.outputs[0])
+        tree.links.new(_switch(tree, "NIM counted"), counted.factor)
+        tree.links.new(whole.result, named["reflected"].inputs["Color"])
+        for label in ("transmitted, same signs", "transmitted, signs differ"):
+            tree.links.new(counted.result, named[label].inputs["Color"])
+        self.trees.append(tree)
+        return group
 
     def _mark(self, mesh, matrix, lands_here, name):
-        """Give each corner of the faces that light lands on its place in a chart: (1 to 2, 1 to 2, 2 (chart + 1))."""
+        """Give each corner of the faces that light lands on its place in a chart: (1 to 2, 1 to 2, 4 (chart + 1))."""
         frame = np.array(matrix)
-        vertices = _read(mesh.vertices, "co", 3) @ frame[:3, :3].T + frame[:3, 3]
-        normals = _read(mesh.polygons, "normal", 3) @ np.linalg.inv(frame[:3, :3])
+        vertices = read(mesh.vertices, "co", 3) @ frame[:3, :3].T + frame[:3, 3]
+        flat_matrix = abs(np.linalg.det(frame[:3, :3])) < 1e-30
+        normals = read(mesh.polygons, "normal", 3) @ (np.eye(3) if flat_matrix else np.linalg.inv(frame[:3, :3]))
         polygons = [tuple(polygon.vertices) for polygon in mesh.polygons]
-        number, axes = charts_of(vertices, polygons, normals)
-        slot = np.minimum(_read(mesh.polygons, "material_index", 1, np.int32)[:, 0], len(lands_here) - 1)
+        number, axes = charts.charts_of(vertices, polygons, normals)
+        slot = np.minimum(read(mesh.polygons, "material_index", 1, np.int32)[:, 0], len(lands_here) - 1)
         face = np.repeat(np.arange(len(polygons)), [len(polygon) for polygon in polygons])
         at = vertices[np.concatenate(polygons)]
         values = np.zeros((len(face), 3), np.float32)
-        charts = np.full(len(face), -1)
+        chart_of = np.full(len(face), -1)
+        here = np.asarray(lands_here)[slot[face]]
+        if not np.ptp(at, axis=0).any() or flat_matrix:
+            raise ValueError(f"{name} has no area for light to land on; scale it up, or hide it from renders.")
+        order = np.argsort(number[face], kind="stable")
+        bounds = np.searchsorted(number[face][order], np.arange(len(axes) + 1))
         for chart, axis in enumerate(axes):
-            mine = (number[face] == chart) & np.asarray(lands_here)[slot[face]]
-            if mine.any():
+            mine = order[bounds[chart] : bounds[chart + 1]]
+            mine = mine[here[mine]]
+            if len(mine):
                 flat = np.delete(at[mine], axis // 2, axis=1)
                 low, high = flat.min(axis=0), flat.max(axis=0)
                 self.charts.append(Chart(name, int(axis), low, high))
                 values[mine, :2] = 1 + (flat - low) / np.maximum(high - low, 1e-9)
-                values[mine, 2] = 2 * len(self.charts)
-                charts[mine] = len(self.charts) - 1
+                values[mine, 2] = 4 * len(self.charts)
+                chart_of[mine] = len(self.charts) - 1
         layer = mesh.attributes.new(ATTRIBUTE, "FLOAT_VECTOR", "CORNER")
         layer.data.foreach_set("vector", values.ravel())
-        materials = list(mesh.materials)
-        self.parts.append(Part(name, mesh, matrix, materials, at, charts))
+        self.parts.append(Part(name, mesh, matrix, list(mesh.materials), at, chart_of))
 
-    def copies(self, name, windows, uv, low, high, texels):
-        """Meshes and matrices of the object `name`, free of the tracer, with the places of its windows in a texture.
+    def _shining(self):
+        """A material that emits the corner attribute where the path met an interface or a mirror; in blue 2 more on the
+        back of a face, and 1 more where the path crossed interfaces an odd number of times."""
+        material = bpy.data.materials.new("NIM place")
+        tree = empty_tree(material)
 
-        uv:   name of the UV map; low, high: of the corner attributes that hold the window's bounds in it
-        windows: caustics.Window by chart; texels: edge of the texture
-        """
-        for part in self.parts:
-            if part.name != name:
-                continue
-            mesh = part.mesh.copy()
-            mesh.materials.clear()
-            for material in part.materials:
-                mesh.materials.append(material)
-            mesh.attributes.remove(mesh.attributes[ATTRIBUTE])
-            place = np.full((len(part.charts), 2), -1.0, np.float32)
-            bounds = np.zeros((2, len(part.charts), 3), np.float32)
-            for number, window in windows.items():
-                mine = part.charts == number
-                flat = np.delete(part.corners[mine], self.charts[number].axis // 2, axis=1)
-                place[mine] = ((flat - window.low) / window.texel + window.at) / texels
-                # half a texel within, so that no neighbour shines through
-                bounds[0, mine, :2] = (window.at + 0.5) / texels
-                bounds[1, mine, :2] = (window.at + window.cells - 0.5) / texels
-            layer = mesh.uv_layers.new(name=uv, do_init=False)
-            layer.uv.foreach_set("vector", place.ravel())
-            for attribute, values in zip((low, high), bounds, strict=True):
-                mesh.attributes.new(attribute, "FLOAT_VECTOR", "CORNER").data.foreach_set("vector", values.ravel())
-            self.before["meshes"].add(mesh)  # it stays
-            yield mesh, part.matrix
+        def node(kind, *inputs, **properties):
+            made = tree.nodes.new(kind)
+            for key, value in properties.items():
+                setattr(made, key, value)
+            for socket, value in zip(made.inputs, inputs, strict=False):
+                if isinstance(value, bpy.types.NodeSocket):
+                    tree.links.new(value, socket)
+                else:
+                    socket.default_value = value
+            return made.outputs[0]
 
-    def area(self, number, low, texel, cells):
-        """Surface (height, width), m^2, of a chart in each cell of a grid of `cells` (width, height) of side `texel`."""
-        chart = self.charts[number]
-        answer = np.zeros(tuple(cells)[::-1])
-        step = (np.arange(SUBDIVISION) + 0.5) / SUBDIVISION
-        for part in self.parts:
-            if part.name != chart.thing or not (part.charts == number).any():
-                continue
-            part.mesh.calc_loop_triangles()
-            loops = _read(part.mesh.loop_triangles, "loops", 3, np.int32)
-            loops = loops[part.charts[loops[:, 0]] == number]
-            corners = part.corners[loops]
-            across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-            steep = np.linalg.norm(across, axis=1) / np.maximum(np.abs(across[:, chart.axis // 2]), 1e-12)
-            flat = (np.delete(corners, chart.axis // 2, axis=2) - low) / texel
-            for triangle, slope in zip(flat, steep, strict=True):
-                first = np.clip(np.floor(triangle.min(axis=0)).astype(int), 0, cells)
-                last = np.clip(np.ceil(triangle.max(axis=0)).astype(int), 0, cells)
-                if np.any(last <= first):
-                    continue
-                x = (first[0] + np.arange(last[0] - first[0])[:, None] + step).ravel()
-                y = (first[1] + np.arange(last[1] - first[1])[:, None] + step).ravel()
-                inside = _in_triangle(triangle, x[None, :], y[:, None])
-                cover = inside.reshape(last[1] - first[1], SUBDIVISION, last[0] - first[0], SUBDIVISION).mean((1, 3))
-                answer[first[1] : last[1], first[0] : last[0]] += cover * slope * texel**2
-        return answer
+        path = tree.nodes.new("ShaderNodeLightPath").outputs
+        # a bend backwards counts as transparent, any other as a transmission, a reflection as neither
+        crossed = node("ShaderNodeMath", path["Transparent Depth"], path["Transmission Depth"], operation="ADD")
+        bounces = node("ShaderNodeMath", path["Ray Depth"], path["Transparent Depth"], operation="ADD")
+        met = node("ShaderNodeMath", bounces, 1.0, operation="MINIMUM")
+        parity = node("ShaderNodeMath", crossed, 2.0, operation="FLOORED_MODULO")
+        back = tree.nodes.new("ShaderNodeNewGeometry").outputs["Backfacing"]
+        more = node("ShaderNodeMath", back, 2.0, parity, operation="MULTIPLY_ADD")
+        place = tree.nodes.new("ShaderNodeAttribute")
+        place.attribute_name = ATTRIBUTE
+        blue = node("ShaderNodeCombineXYZ", 0.0, 0.0, more)
+        both = node("ShaderNodeVectorMath", place.outputs["Vector"], blue, operation="ADD")
+        mix = _mix(tree, both, (1, 1, 1, 1))
+        tree.links.new(_switch(tree, "NIM white"), mix.factor)
+        glow = node("ShaderNodeEmission", mix.result, met)
+        tree.links.new(glow, tree.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
+        material.cycles.emission_sampling = "NONE"
+        self.trees.append(tree)
+        return material
 
-    def trace(self, sun, side, passes=1, *, seed=0, progress=None):
-        """Send side x side photons of `sun` at the interfaces, `passes` times; yields a Landed for each pass.
+    def _set(self, **switches):
+        for tree in self.trees:
+            for name, value in switches.items():
+                if f"NIM {name}" in tree.nodes:
+                    tree.nodes[f"NIM {name}"].outputs[0].default_value = value
 
-        The power of a photon is a share of the light on a square about the interfaces, `aperture(sun)` square metres.
+    def check_outside(self, name, place):
+        """Raise ValueError, one sentence, for a lamp that stands within a medium: its light is counted as from outside."""
+        backs = total = 0
+        for thing in self.surfaces:
+            frame = np.array(thing.matrix_world)
+            vertices = read(thing.data.vertices, "co", 3) @ frame[:3, :3].T + frame[:3, 3]
+            tree = BVHTree.FromPolygons(vertices.tolist(), [tuple(face.vertices) for face in thing.data.polygons])
+            for vertex in vertices[:: max(1, len(vertices) // 64)]:
+                way = mathutils.Vector(vertex - np.asarray(place))
+                _, normal, _, distance = tree.ray_cast(mathutils.Vector(place), way)
+                if distance is not None:
+                    backs += normal.dot(way) > 0
+                    total += 1
+        if backs > total / 2:
+            raise ValueError(
+                f"the lamp {name} stands within a medium, and light is traced from outside only; move it out."
+            )
+
+    def trace(self, light, photons, passes=1, *, seed=0, first=0):
+        """Send about `photons` photons of a light (lights.Sun, Lamp or Area) in each of the passes; yields a Landed each.
+
+        The passes are shares of one light: what lands in each of them, all its power, is to be divided by their number.
+        `first`: passes to leave out, as those that were traced before.
         """
         random = np.random.default_rng(seed)
-        halves = sun.half_angles(passes, random)
-        spread = math.tan(float(halves.max()))
-        frame, distance, width = self._aim(sun, spread)
-        data, scene = self.camera.data, self.scene
-        data.type, data.ortho_scale = "ORTHO", width
-        data.clip_start, data.clip_end = 1e-3, 1e5
-        data.dof.use_dof = True
-        data.dof.focus_distance = distance
-        scene.render.resolution_x = scene.render.resolution_y = side
-        scene.render.resolution_percentage = 100
-        scene.cycles.seed = seed
-        area = (width / side) ** 2
-        for index, half in enumerate(halves):
-            if progress:
-                progress(index, passes)
-            # a lens of that radius at that distance
-            data.dof.aperture_fstop = 1 / max(2 * distance * math.tan(half), 1e-9)
-            self.camera.matrix_world = frame
+        pairs = len(self.shares) == 1 and None not in self.shares
+        inside = next(iter(self.shares)) if pairs else 1.0
+        for index, shot in enumerate(light.shots(self.target, photons, passes, random)):
+            if index < first:
+                continue
+            self.scene.cycles.seed = seed
+            lights.aim(self.camera, self.scene, shot)
             # the first sample of a pixel sits at its centre, whatever the seed: it is left out
-            settings.one_sample(scene, index + 1, passes + 1)
-            yield self._landed(pixels_of(scene), np.multiply(sun.irradiance, area))
+            settings.one_sample(self.scene, index + 1, passes + 1)
+            self._set(white=0.0, tinted=0.0, counted=0.0)
+            pixels = pixels_of(self.scene)
+            there = pixels[..., 2] > 0.5
+            code = np.rint(pixels[there][:, 2]).astype(int)
+            power = np.broadcast_to(shot.power, pixels.shape)[there]
+            if self.tinted:
+                self._set(white=1.0, tinted=1.0)
+                power = power * pixels_of(self.scene)[there]
+            if pairs:
+                share = np.where(code % 2 == 1, inside, 1.0)
+            else:
+                self._set(white=1.0, tinted=0.0, counted=1.0)
+                share = pixels_of(self.scene)[there][:, 2] ** (1 / POWER)
+            yield self._landed(code, pixels[there], power, share)
 
-    def _aim(self, sun, spread):
-        """The camera's matrix, its distance from the interfaces' middle, the width of the square that holds them."""
-        back = -np.asarray(sun.direction, float) / np.linalg.norm(sun.direction)
-        side = np.cross((0, 0, 1) if abs(back[2]) < 0.9 else (0, 1, 0), back)
-        side /= np.linalg.norm(side)
-        axes = np.stack([side, np.cross(back, side), back])
-        low, high = (self.bent @ axes.T).min(axis=0), (self.bent @ axes.T).max(axis=0)
-        # behind all that could throw a shadow
-        distance = float((self.corners @ back).max() - (low + high)[2] / 2) + 1.0
-        # a ray that tilts meets the focal plane elsewhere than the interface
-        width = float((high - low)[:2].max() + (high - low)[2] * spread) * 1.001
-        frame = mathutils.Matrix(axes.T.tolist()).to_4x4()
-        frame.translation = mathutils.Vector(((low + high) / 2) @ axes + distance * back)
-        return frame, distance, width
-
-    def aperture(self, sun):
-        """Area, m^2 across the light, of the square that trace() sends photons through."""
-        half = 1.5 * sun.angle if sun.gaussian else sun.angle / 2
-        return self._aim(sun, math.tan(half))[2] ** 2
-
-    def _landed(self, pixels, power):
-        values = pixels.reshape(-1, 3)
-        values = values[values[:, 2] > 0.5]
-        code = np.rint(values[:, 2]).astype(int)
-        chart = code // 2 - 1
-        low = np.array([one.low for one in self.charts])[chart]
-        high = np.array([one.high for one in self.charts])[chart]
-        place = low + (values[:, :2] - 1) * np.maximum(high - low, 1e-9)
-        return Landed(chart, place, np.broadcast_to(power, (len(chart), 3)), code % 2 == 1)
+    def _landed(self, code, pixels, power, share):
+        side = code // 2 - 2
+        low = np.array([one.low for one in self.charts])[side // 2]
+        high = np.array([one.high for one in self.charts])[side // 2]
+        place = low + (pixels[:, :2] - 1) * np.maximum(high - low, 1e-9)
+        return Landed(side, place, power, share)
 
 
-_KINDS = ("objects", "meshes", "materials", "worlds", "cameras", "scenes")
+def _since(before):
+    return [data for kind in KINDS for data in set(getattr(bpy.data, kind)) - before[kind]]
 
 
-def _read(collection, name, width, kind=np.float32):
-    values = np.empty(len(collection) * width, kind)
-    collection.foreach_get(name, values)
-    return values.reshape(-1, width)
+@contextlib.contextmanager
+def as_rendered(scene):
+    """The depsgraph of `scene` with its modifiers as a render sees them, not as the viewport shows them."""
+    changed = []
+
+    def put(owner, name, value):
+        if getattr(owner, name) != value:
+            changed.append((owner, name, getattr(owner, name)))
+            setattr(owner, name, value)
+
+    for thing in scene.objects:
+        if is_rendered(thing):
+            put(thing, "hide_viewport", False)
+        for modifier in thing.modifiers:
+            put(modifier, "show_viewport", modifier.show_render)
+            if hasattr(modifier, "render_levels"):
+                put(modifier, "levels", modifier.render_levels)
+    try:
+        with bpy.context.temp_override(scene=scene, view_layer=scene.view_layers[0]):
+            yield bpy.context.evaluated_depsgraph_get()
+    finally:
+        for owner, name, value in changed:
+            setattr(owner, name, value)
 
 
-def _in_triangle(triangle, x, y):
-    """Which points lie in a triangle (3, 2); on an edge they lie in one of the two that share it."""
-    inside = None
-    a, b, c = triangle
-    turn = np.sign((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
-    for p, q in ((a, b), (b, c), (c, a)):
-        side = turn * ((q[0] - p[0]) * (y - p[1]) - (q[1] - p[1]) * (x - p[0]))
-        # the same edge, run through the other way, takes the other half
-        here = side >= 0 if turn * (q[1] - p[1]) > 0 or (q[1] == p[1] and turn * (q[0] - p[0]) > 0) else side > 0
-        inside = here if inside is None else inside & here
-    return inside
+def is_rendered(thing):
+    """Whether an object is seen in renders of its scene without baked caustics."""
+    return not thing.get(OWNER) and (not thing.hide_render or bool(thing.get(HIDDEN)))
 
 
 def lands(material):
@@ -362,36 +384,50 @@ def lands(material):
     return material.node_tree is None or any(node.type in kinds for node in material.node_tree.nodes)
 
 
-def _shining():
-    """A material that emits the corner attribute, and 1 more in blue within a medium, where the path met an interface."""
-    material = bpy.data.materials.new("NIM place")
-    tree = empty_tree(material)
+def mirrors_of(material):
+    """The nodes of a bpy.types.Material that mirror or bend light sharply, as photons can; none where it also scatters."""
+    kinds = {"BSDF_GLOSSY", "BSDF_GLASS", "BSDF_REFRACTION"}
+    if material is None or material.node_tree is None or lands(material):
+        return []
+    nodes = [node for node in material.node_tree.nodes if node.type in kinds]
+    sharp = all(not n.inputs["Roughness"].is_linked and n.inputs["Roughness"].default_value <= SHINY for n in nodes)
+    return nodes if sharp else []
 
-    def math_node(operation, *inputs):
-        node = tree.nodes.new("ShaderNodeMath")
-        node.operation = operation
-        for socket, value in zip(node.inputs, inputs, strict=False):
-            if isinstance(value, bpy.types.NodeSocket):
-                tree.links.new(value, socket)
-            else:
-                socket.default_value = value
-        return node.outputs[0]
 
-    path = tree.nodes.new("ShaderNodeLightPath").outputs
-    # a bend backwards counts as transparent, any other as a transmission, a reflection as neither
-    crossed = math_node("ADD", path["Transparent Depth"], path["Transmission Depth"])
-    met = math_node("MINIMUM", math_node("ADD", path["Ray Depth"], path["Transparent Depth"]), 1.0)
-    parity = math_node("FLOORED_MODULO", crossed, 2.0)
-    place = tree.nodes.new("ShaderNodeAttribute")
-    place.attribute_name = ATTRIBUTE
-    blue = tree.nodes.new("ShaderNodeCombineXYZ")
-    tree.links.new(parity, blue.inputs["Z"])
-    both = tree.nodes.new("ShaderNodeVectorMath")
-    tree.links.new(place.outputs["Vector"], both.inputs[0])
-    tree.links.new(blue.outputs[0], both.inputs[1])
-    glow = tree.nodes.new("ShaderNodeEmission")
-    tree.links.new(both.outputs[0], glow.inputs["Color"])
-    tree.links.new(met, glow.inputs["Strength"])
-    tree.links.new(glow.outputs[0], tree.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
-    material.cycles.emission_sampling = "NONE"
-    return material
+class _Mixed(NamedTuple):
+    factor: bpy.types.NodeSocket
+    result: bpy.types.NodeSocket
+
+
+def _mix(tree, a, b):
+    """A new Mix node of two colours, numbers or outputs: its sockets."""
+    node = tree.nodes.new("ShaderNodeMix")
+    node.data_type = "RGBA"
+    sockets = {socket.identifier: socket for socket in node.inputs}
+    for key, value in (("A_Color", a), ("B_Color", b)):
+        if isinstance(value, bpy.types.NodeSocket):
+            tree.links.new(value, sockets[key])
+        else:
+            sockets[key].default_value = value
+    return _Mixed(sockets["Factor_Float"], next(one for one in node.outputs if one.identifier == "Result_Color"))
+
+
+def _switch(tree, name):
+    """The output of the Value node of that name in a tree, made where there is none."""
+    node = tree.nodes.get(name)
+    if node is None:
+        node = tree.nodes.new("ShaderNodeValue")
+        node.name = name
+        node.outputs[0].default_value = 0.0
+    return node.outputs[0]
+
+
+def _box(mesh, matrix):
+    """Points (N, 3) on the sides of the box around a mesh, in the world, its corners among them."""
+    places = read(mesh.vertices, "co", 3)
+    low, high = places.min(axis=0), places.max(axis=0)
+    steps = np.linspace(0, 1, SAMPLES)
+    grid = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
+    grid = grid[np.any((grid == 0) | (grid == 1), axis=1)]
+    frame = np.array(matrix)
+    return (low + grid * (high - low)) @ frame[:3, :3].T + frame[:3, 3]

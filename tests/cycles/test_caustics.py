@@ -9,7 +9,7 @@ import pytest
 
 from nim_addon.cycles import caustics
 from nim_addon.cycles.material import interface_material
-from nim_addon.cycles.photons import Sun
+from nim_addon.cycles.lights import Sun
 from nim_addon.physics import Interface, Medium
 from nim_addon.scenes import shapes, surfaces
 from nim_addon.scenes.stage import Stage
@@ -37,7 +37,7 @@ def scene(empty_file):
 
 
 def test_the_floor_shines_with_what_the_surface_lets_through(scene, render):
-    power = caustics.bake(scene, [SUN], texels=256, side=256, passes=4, backend="nodes")
+    power = caustics.bake(scene, [SUN], texels=256, photons=1 << 18)
     for lamp in (thing for thing in scene.objects if thing.type == "LIGHT"):
         lamp.hide_render = True
     picture = render(scene)
@@ -75,7 +75,7 @@ def test_baked_and_path_traced_light_have_the_same_mean(n, scene, render):
     scene.cycles.samples = 4096
     traced = render(scene)[..., 1]
     scene.world = dark
-    caustics.bake(scene, [sun], texels=256, side=256, passes=48, backend="nodes")
+    caustics.bake(scene, [sun], texels=256, photons=48 << 16)
     scene.cycles.samples = 64
     baked = render(scene)[..., 1]
     blocks = [picture.reshape(4, 8, 4, 8).swapaxes(1, 2).reshape(16, 64) for picture in (traced, baked)]
@@ -93,9 +93,9 @@ def test_clearing_gives_the_scene_back(scene):
         kind: sorted(one.name for one in getattr(bpy.data, kind))
         for kind in ("objects", "meshes", "materials", "lights")
     }
-    caustics.bake(scene, [SUN], texels=64, side=64, passes=1, backend="nodes")
+    caustics.bake(scene, [SUN], texels=64, photons=1 << 13)
     assert scene.objects["Floor"].hide_render
-    caustics.bake(scene, [SUN], texels=64, side=64, passes=1, backend="nodes")  # again, in place of the former
+    caustics.bake(scene, [SUN], texels=64, photons=1 << 13)  # again, in place of the former
     assert len([thing for thing in scene.objects if thing.get(caustics.OWNER)]) == 2  # the floor's copy and the lamp
     caustics.clear(scene)
     assert not scene.objects["Floor"].hide_render
@@ -104,7 +104,7 @@ def test_clearing_gives_the_scene_back(scene):
 
 
 def test_a_bake_lives_in_the_file(scene, render, tmp_path):
-    caustics.bake(scene, [SUN], texels=128, side=128, passes=2, backend="nodes")
+    caustics.bake(scene, [SUN], texels=128, photons=1 << 15)
     before = render(scene)
     path = str(tmp_path / "baked.blend")
     bpy.ops.wm.save_as_mainfile(filepath=path)

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from nim_addon.cycles.material import interface_material
-from nim_addon.cycles.photons import Sun, Tracer, charts_of
+from nim_addon.cycles.charts import charts_of
+from nim_addon.cycles.lights import Sun
+from nim_addon.cycles.photons import Tracer
 from nim_addon.physics import Interface, Medium
 from nim_addon.scenes import shapes, surfaces
 from nim_addon.scenes.stage import Stage
@@ -29,9 +31,9 @@ def stage_of(medium, backend, *, shade=None):
     return stage.scene
 
 
-def landed(scene, sun, backend, passes=4, side=SIDE):
-    with Tracer(scene, backend) as tracer:
-        batches = list(tracer.trace(sun, side, passes))
+def landed(scene, sun, passes=4, side=SIDE):
+    with Tracer(scene) as tracer:
+        batches = list(tracer.trace(sun, side**2, passes))
         names = np.array([chart.thing for chart in tracer.charts])
         return (
             names[np.concatenate([one.chart for one in batches])],
@@ -44,7 +46,7 @@ def landed(scene, sun, backend, passes=4, side=SIDE):
 @pytest.mark.parametrize("medium", [Medium(-1.33), Medium(1.33), Medium(-1.33, -10.0)], ids=str)
 def test_what_passes_the_surface_lands_where_snell_says(medium, backend, empty_file):
     sun = Sun(DOWN, (2.0, 3.0, 4.0), math.radians(0.53))
-    names, place, power = landed(stage_of(medium, backend), sun, backend)
+    names, place, power = landed(stage_of(medium, backend), sun)
     interface = Interface(medium)
     passed = math.cos(THETA) * (1 - float(interface.fresnel(math.cos(THETA)).R))  # of one square metre
     assert set(names) == {"Floor"}
@@ -60,7 +62,7 @@ def test_what_is_shaded_gets_nothing(empty_file):
     """A shade far above the half of the surface with x > 0, as the sun sees it."""
     away = math.tan(THETA)
     scene = stage_of(Medium(-1.33), "nodes", shade=((-30 * away, -2), (20, 2)))
-    names, place, power = landed(scene, Sun(DOWN, (1, 1, 1), 0.0), "nodes")
+    names, place, power = landed(scene, Sun(DOWN, (1, 1, 1), 0.0))
     interface = Interface(Medium(-1.33))
     shift = math.tan(float(interface.theta_t(THETA)))
     below = place[names == "Floor"]
@@ -74,7 +76,7 @@ def test_what_is_shaded_gets_nothing(empty_file):
 def test_the_sun_is_as_wide_as_it_is_said_to_be(gaussian, empty_file):
     """Through an interface that changes nothing, a point of the plane spreads over the floor as the sun's disk does."""
     sun = Sun((0, 0, -1), (1, 1, 1), math.radians(4), gaussian)
-    _, place, _ = landed(stage_of(Medium(1.0), "nodes"), sun, "nodes", passes=32, side=64)
+    _, place, _ = landed(stage_of(Medium(1.0), "nodes"), sun, passes=32, side=64)
     # the square's image is the square, blurred: the variance of a blur adds
     blur = place.var(axis=0) - 1 / 12
     half = math.tan(math.radians(2))
@@ -84,7 +86,7 @@ def test_the_sun_is_as_wide_as_it_is_said_to_be(gaussian, empty_file):
 def test_nothing_is_left_behind_and_nothing_is_changed(empty_file):
     scene = stage_of(Medium(-1.33), "nodes")
     before = {kind: sorted(one.name for one in getattr(bpy.data, kind)) for kind in ("objects", "materials", "scenes")}
-    landed(scene, Sun(DOWN, (1, 1, 1), 0.0), "nodes", passes=1)
+    landed(scene, Sun(DOWN, (1, 1, 1), 0.0), passes=1)
     after = {kind: sorted(one.name for one in getattr(bpy.data, kind)) for kind in before}
     assert after == before
     assert not scene.objects["Floor"].data.attributes.get("nim_place")
@@ -94,7 +96,7 @@ def test_nothing_is_left_behind_and_nothing_is_changed(empty_file):
 def test_without_interface_or_receiver(missing, empty_file, one_sentence):
     scene = stage_of(Medium(-1.33), "nodes")
     bpy.data.objects.remove(scene.objects[missing])
-    with pytest.raises(ValueError) as error, Tracer(scene, "nodes"):
+    with pytest.raises(ValueError) as error, Tracer(scene):
         pass
     one_sentence(error.value, "interface" if missing == "Surface" else "diffuse")
     assert "NIM photons" not in bpy.data.scenes

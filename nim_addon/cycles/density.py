@@ -1,0 +1,226 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Density of photons: from where each landed to power per area, in a texture for each object."""
+
+import json
+
+import numpy as np
+
+from . import charts
+
+# Least share of all landed photons for which a side of a chart gets a part of a texture.
+LEAST = 1e-4
+PADDING = 4  # texels around a window
+SMALLEST = 64  # edge of a texture
+ENOUGH = 16  # photons that make a kernel wide enough
+RADII = (0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64)  # of kernels, in texels
+
+
+class Window:
+    """The part of a side of a chart where photons land, and where it lies in its texture.
+
+    low: (2,) corner in metres; cells: (width, height) texels of side `texel`, metres; at: (2,) place in the texture
+    """
+
+    def __init__(self, low, high, texel):
+        self.low, self.texel = np.asarray(low) - PADDING * texel, texel
+        self.cells = np.ceil((np.asarray(high) - low) / texel).astype(int) + 2 * PADDING
+        self.at = None
+
+    def plain(self):
+        """JSON-ready; of() makes the same Window of it."""
+        return [self.low.tolist(), float(self.texel), self.cells.tolist(), self.at.tolist()]
+
+    @classmethod
+    def of(cls, plain):
+        """The Window that plain() told of."""
+        window = cls.__new__(cls)
+        low, window.texel, cells, at = plain
+        window.low, window.cells, window.at = np.array(low), np.array(cells), np.array(at)
+        return window
+
+
+class Texture:
+    """A texture of one object: `windows` by side, its `shape` (height, width), and the `first` of its texels in Density."""
+
+    def __init__(self, windows, shape, first):
+        self.windows, self.shape, self.first = windows, shape, first
+
+    @property
+    def size(self):
+        """Texels."""
+        return self.shape[0] * self.shape[1]
+
+
+class Density:
+    """What landed, in each half of the passes, texel by texel: memory depends on the textures, not on the photons.
+
+    parts, all_charts: of a photons.Tracer; textures: of layout()
+    color:  (3,) of all the light, or None where it has several; then three numbers a texel are kept, not one
+    flux, count: what landed so far, of state()
+    """
+
+    def __init__(self, parts, all_charts, textures, color=None, flux=None, count=None):
+        self.parts, self.charts, self.textures, self.color = parts, all_charts, textures, color
+        total = sum(texture.size for texture in self.textures.values())
+        self.flux = np.zeros((2, 3 if color is None else 1, total), np.float32) if flux is None else flux
+        self.count = np.zeros((2, total), np.float32) if count is None else count
+        sides = max((side for texture in self.textures.values() for side in texture.windows), default=-1) + 1
+        self._low, self._cells, self._at = np.zeros((sides, 2)), np.zeros((sides, 2), int), np.zeros((sides, 2), int)
+        self._texel, self._first, self._width = np.ones(sides), np.zeros(sides, int), np.zeros(sides, int)
+        for texture in self.textures.values():
+            for side, window in texture.windows.items():
+                self._low[side], self._cells[side], self._at[side] = window.low, window.cells, window.at
+                self._texel[side], self._first[side], self._width[side] = window.texel, texture.first, texture.shape[1]
+
+    def add(self, landed, half):
+        """Count a pass of photons.Landed in one half of the passes, 0 or 1."""
+        known = landed.side < len(self._low)
+        side = landed.side[known]
+        cell = np.floor((landed.place[known] - self._low[side]) / self._texel[side, None]).astype(int)
+        here = np.all((cell >= 0) & (cell < self._cells[side]), axis=1)
+        side = side[here]
+        column, row = (cell[here] + self._at[side]).T
+        index = self._first[side] + row * self._width[side] + column
+        total = self.count.shape[1]
+        self.count[half] += np.bincount(index, minlength=total)
+        power = (landed.power * landed.share[:, None])[known][here]
+        if self.color is not None:
+            strongest = int(np.argmax(self.color))
+            power = power[:, strongest : strongest + 1] / self.color[strongest]
+        for channel, values in enumerate(power.T):
+            self.flux[half, channel] += np.bincount(index, values, total)
+
+    def state(self):
+        """Arrays and texts by name, from which from_state() makes the keywords for the same Density again."""
+        plain = {
+            name: [texture.shape, texture.first, {side: window.plain() for side, window in texture.windows.items()}]
+            for name, texture in self.textures.items()
+        }
+        return {"flux": self.flux, "count": self.count, "layout": json.dumps([plain, self.color])}
+
+    @staticmethod
+    def from_state(state):
+        """Keywords of Density, of what state() gave; raises KeyError or ValueError where it did not."""
+        plain, color = json.loads(str(state["layout"]))
+        textures = {
+            name: Texture({int(side): Window.of(values) for side, values in windows.items()}, tuple(shape), first)
+            for name, (shape, first, windows) in plain.items()
+        }
+        return {"textures": textures, "color": color and tuple(color), "flux": state["flux"], "count": state["count"]}
+
+    def power(self, passes):
+        """All that landed, by the name of the object: the sum of its colours."""
+        by_color = 1 if self.color is None else sum(self.color)
+        return {
+            name: float(self.flux[:, :, texture.first : texture.first + texture.size].sum(dtype=float))
+            * by_color
+            / passes
+            for name, texture in self.textures.items()
+        }
+
+    def irradiance(self, name, passes):
+        """(H, W, 3) power per area on an object after `passes`: each photon's power spread over a box about it.
+
+        The box is as wide as it takes to hold ENOUGH photons, so that a sharp line stays sharp and a dim place smooth, and
+        bright light does not leak into a dark place beside it (a variable kernel at the sample points: Breiman, Meisel and
+        Purcell 1977; the density estimate of a photon map, Jensen 1996, asks at the texels instead, and does leak). The
+        photons of one half of the passes choose the width for those of the other: chosen by its own, an estimate is biased.
+        What a box holds is shared out over the surface in it: nothing is lost where the surface or its chart ends.
+        """
+        texture = self.textures[name]
+        span = slice(texture.first, texture.first + texture.size)
+        answer = np.zeros((*texture.shape, self.flux.shape[1]))
+        for side, window in texture.windows.items():
+            rows = slice(window.at[1], window.at[1] + window.cells[1])
+            columns = slice(window.at[0], window.at[0] + window.cells[0])
+            area = charts.area(self.parts, self.charts[side // 2], side // 2, window.low, window.texel, window.cells)
+            for half in (0, 1):
+                flux = np.moveaxis(self.flux[half, :, span].reshape(-1, *texture.shape)[:, rows, columns], 0, -1)
+                others = self.count[1 - half, span].reshape(texture.shape)[rows, columns]
+                answer[rows, columns] += spread(flux.astype(float), others, area)
+        return answer / passes * (1.0 if self.color is None else np.asarray(self.color))
+
+
+def layout(all_charts, sample, texels):
+    """Textures by the name of their object, for the sides of charts where photons landed.
+
+    sample: photons.Landed of a first try; texels: edge of the largest texture, that of the object where most landed
+    """
+    count = np.bincount(sample.side, minlength=1)
+    order = np.argsort(sample.side, kind="stable")
+    ends = np.cumsum(count)
+    bounds = {}
+    for side in np.flatnonzero(count > LEAST * len(sample.side)):
+        spots = sample.place[order[ends[side] - count[side] : ends[side]]]
+        # the few that land far out leave the texels to where the light is
+        low, high = np.quantile(spots, 0.001, axis=0), np.quantile(spots, 0.999, axis=0)
+        margin = 0.02 * (high - low).max() + 1e-4
+        limits = all_charts[side // 2]
+        bounds[int(side)] = np.maximum(low - margin, limits.low), np.minimum(high + margin, limits.high)
+    names = {all_charts[side // 2].thing for side in bounds}
+    shares = {name: sum(count[side] for side in bounds if all_charts[side // 2].thing == name) for name in names}
+    textures, first = {}, 0
+    for name in sorted(names):
+        mine = {side: both for side, both in bounds.items() if all_charts[side // 2].thing == name}
+        # as many texels a photon as where most of them land
+        least = int(np.ceil(np.sqrt(len(mine)) * (2 * PADDING + 4)))
+        edge = max(SMALLEST, least, round(texels * np.sqrt(shares[name] / max(shares.values()))))
+        area = sum(float(np.prod(high - low)) for low, high in mine.values())
+        texel = max(np.sqrt(area) / edge, 1e-6)
+        while True:
+            laid = {side: Window(low, high, texel) for side, (low, high) in mine.items()}
+            height = _shelve(laid.values(), edge)
+            if height <= edge:
+                break
+            texel *= 1.1
+        textures[name] = Texture(laid, (int(height), int(edge)), first)
+        first += textures[name].size
+    return textures
+
+
+def _shelve(windows, width):
+    """Lay windows on shelves, the highest first; returns the height they take, infinite where one is too wide."""
+    left = top = shelf = 0
+    for window in sorted(windows, key=lambda one: -one.cells[1]):
+        if window.cells[0] > width:
+            return np.inf
+        if left + window.cells[0] > width:
+            left, top, shelf = 0, top + shelf, 0
+        window.at = np.array([left, top])
+        left += window.cells[0]
+        shelf = max(shelf, window.cells[1])
+    return top + shelf
+
+
+def spread(flux, others, area):
+    """Power per area (H, W, C) of `flux` (H, W, C), in boxes that hold enough of `others` (H, W); `area` (H, W) of cells."""
+    answer = np.zeros_like(flux)
+    counts, ground = _table(others), _table(area)
+    left = flux.sum(axis=2) > 0
+    for radius in RADII:
+        # a photon on a cell that holds no surface, at its very edge, lands on the nearest
+        here = left & ((_box(counts, radius) >= ENOUGH) | (radius == RADII[-1]))
+        if not here.any():
+            continue
+        surface = _box(ground, radius)
+        here &= surface > 0
+        left &= ~here
+        share = np.divide(1.0, surface, out=np.zeros_like(surface), where=here)
+        for channel in range(flux.shape[2]):
+            answer[..., channel] += _box(_table(flux[..., channel] * share), radius)
+        if not left.any():
+            break
+    return answer * (area > 0)[..., None]
+
+
+def _table(values):
+    return np.pad(values, ((1, 0), (1, 0))).cumsum(axis=0).cumsum(axis=1)
+
+
+def _box(table, radius):
+    """Sums over the square of that radius about each cell, cut off at the edges."""
+    height, width = table.shape[0] - 1, table.shape[1] - 1
+    low_y, high_y = np.maximum(np.arange(height) - radius, 0), np.minimum(np.arange(height) + radius + 1, height)
+    low_x, high_x = np.maximum(np.arange(width) - radius, 0), np.minimum(np.arange(width) + radius + 1, width)
+    rows = table[high_y] - table[low_y]
+    return rows[:, high_x] - rows[:, low_x]

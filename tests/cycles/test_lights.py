@@ -1,0 +1,196 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Photons of every kind of lamp are the lamp's own light: where, and how much, against Cycles' own picture of it."""
+
+import math
+
+import bpy
+import mathutils
+import numpy as np
+import pytest
+
+from nim_addon.cycles import caustics, lights
+from nim_addon.cycles.material import interface_material
+from nim_addon.physics import Medium
+from nim_addon.scenes import shapes, surfaces
+from nim_addon.scenes.stage import Stage
+
+SIZE, BLOCKS = 32, 8
+LAMPS = {
+    "sun": ("SUN", {"energy": 3.0, "angle": math.radians(20)}),
+    # a sphere; with Soft Falloff it is a disk that faces each place, which no light can be: (radius / distance)^2 darker
+    "point": ("POINT", {"energy": 100.0, "shadow_soft_size": 0.4, "use_soft_falloff": False}),
+    "spot": (
+        "SPOT",
+        {
+            "energy": 200.0,
+            "shadow_soft_size": 0.3,
+            "spot_size": math.radians(50),
+            "spot_blend": 0.5,
+            "use_soft_falloff": False,
+        },
+    ),
+    "area": ("AREA", {"energy": 60.0, "shape": "RECTANGLE", "size": 1.5, "size_y": 0.5}),
+    "disk": ("AREA", {"energy": 60.0, "shape": "DISK", "size": 1.2}),
+}
+
+
+def stage_of(kind, medium):
+    """A wide grey floor at z = -1 under 3 m x 3 m of a medium at z = 0 (None: of nothing), a slanting lamp, and an eye between."""
+    stage = Stage("surface", (SIZE, SIZE), "nodes")
+    stage.mesh("Floor", *shapes.rectangle((-9, -9), (9, 9), -1.0), surfaces.plain("Floor", (0.6, 0.5, 0.4)))
+    if medium:
+        material = interface_material("Surface", medium, backend="nodes")
+        stage.mesh("Surface", *shapes.rectangle((-1.5, -1.5), (1.5, 1.5)), material)
+    camera = stage.camera((0, 0, -0.5), (0, 0, -1), 40)
+    camera.data.type, camera.data.ortho_scale = "ORTHO", 4.0
+    dark = bpy.data.worlds.new("Dark")
+    surfaces.Nodes(dark)
+    stage.world(dark)
+    name, values = LAMPS[kind]
+    data = bpy.data.lights.new("Lamp", name)
+    data.color = (1.0, 0.8, 0.5)
+    for key, value in values.items():
+        setattr(data, key, value)
+    lamp = stage.object("Lamp", data, (0.7, -0.5, 1.6))
+    lamp.rotation_euler = mathutils.Vector((-0.35, 0.2, -1.0)).to_track_quat("-Z", "Y").to_euler()
+    stage.scene.cycles.max_bounces = 0
+    return stage.scene
+
+
+def blocks(picture):
+    step = SIZE // BLOCKS
+    return picture.reshape(BLOCKS, step, BLOCKS, step, 3).mean((1, 3))
+
+
+def baked(scene, render, seed):
+    caustics.bake(scene, texels=256, photons=1 << 19, seed=seed)
+    scene.cycles.seed = seed
+    return blocks(render(scene))
+
+
+@pytest.mark.parametrize("kind", LAMPS)
+def test_through_a_surface_that_changes_nothing_the_light_is_the_lamps(kind, empty_file, render):
+    scene = stage_of(kind, None)
+    scene.cycles.samples = 512
+    straight = blocks(render(scene))
+    scene = stage_of(kind, Medium(1.0))
+    scene.cycles.samples = 128
+    one, other = (baked(scene, render, seed) for seed in (0, 100))
+    noise = np.sqrt(np.mean((one - other) ** 2) / 4)  # of the mean of both
+    off = (one + other) / 2 - straight
+    assert noise < 0.01 * straight.max()
+    assert np.sqrt(np.mean(off**2)) < 1.5 * noise
+    assert (one + other).mean((0, 1)) / 2 == pytest.approx(straight.mean((0, 1)), rel=0.003)
+
+
+def assert_same_mean(scene, render):
+    """What is found by chance and what is baked, in every block and on the whole, in each colour."""
+    scene.cycles.max_bounces = 1024
+    scene.cycles.samples = 4096
+    picture = render(scene)
+    scene.cycles.samples = 256
+    one, other = (baked(scene, render, seed) for seed in (0, 100))
+    off = (one + other) / 2 - blocks(picture)
+    for color in range(3):
+        # of the path tracer, from neighbouring pixels, and of the bakes
+        noise = np.sqrt(np.mean(np.diff(picture[..., color], axis=0) ** 2) / 2 * (BLOCKS / SIZE) ** 2)
+        noise = math.hypot(noise, np.sqrt(np.mean((one - other)[..., color] ** 2) / 4))
+        assert noise < 0.1 * picture[..., color].mean()
+        assert np.sqrt(np.mean(off[..., color] ** 2)) < 1.5 * noise
+        assert abs(off[..., color].mean()) < 3 * noise / BLOCKS
+
+
+@pytest.mark.parametrize("kind", ["sun", "point", "area"])
+def test_baked_and_path_traced_light_have_the_same_mean(kind, empty_file, render):
+    """A wide lamp, which a path tracer can find by chance through the NIM."""
+    assert_same_mean(stage_of(kind, Medium(-1.5, -3.0)), render)
+
+
+def test_through_several_tinted_media(empty_file, render):
+    """Air, then water, then a NIM on the floor: each crossing counts by its own indices, and colours the light."""
+    scene = stage_of("sun", Medium(1.33))
+    below = interface_material("Below", Medium(-1.6), Medium(1.33), backend="nodes", tint=(0.9, 0.5, 0.3))
+    data = bpy.data.meshes.new("Below")
+    data.from_pydata([(x, y, -0.4) for x, y in ((-2, -2), (2, -2), (2, 2), (-2, 2))], [], [(0, 1, 2, 3)])
+    data.materials.append(below)
+    scene.collection.objects.link(bpy.data.objects.new("Below", data))
+    surface = scene.objects["Surface"]
+    surface.scale = (4 / 3, 4 / 3, 1)
+    assert_same_mean(scene, render)
+
+
+def test_by_way_of_a_coloured_mirror(empty_file, render):
+    scene = stage_of("disk", None)
+    mirror = bpy.data.materials.new("Mirror")
+    nodes = surfaces.Nodes(mirror)
+    shader = nodes.add("ShaderNodeBsdfAnisotropic", inputs={"Color": (0.9, 0.6, 0.3, 1), "Roughness": 0.0})
+    nodes.add("ShaderNodeOutputMaterial", inputs={"Surface": shader.outputs[0]})
+    data = bpy.data.meshes.new("Mirror")
+    data.from_pydata([(-1.2, y, z) for y, z in ((-1, -0.9), (1, -0.9), (1, 1), (-1, 1))], [], [(0, 1, 2, 3)])
+    data.materials.append(mirror)
+    scene.collection.objects.link(bpy.data.objects.new("Mirror", data))
+    assert_same_mean(scene, render)
+
+
+def test_it_does_not_matter_which_way_a_floor_faces(empty_file, render):
+    pictures = []
+    for flipped in (False, True):
+        scene = stage_of("point", Medium(-1.33))
+        if flipped:
+            scene.objects["Floor"].data.flip_normals()
+        scene.cycles.samples = 128
+        pictures.append(baked(scene, render, 0))
+    scene.camera.location.z, scene.camera.rotation_euler.x = -1.5, math.pi  # from below there is nothing to be seen
+    assert pictures[0].max() > 0.05
+    assert np.abs(pictures[1] - pictures[0]).max() < 0.02 * pictures[0].max()
+    assert render(scene).max() == 0
+
+
+def test_the_gaussian_sun_and_the_disk_have_the_same_light(empty_file):
+    target = lights.Target(np.array([[-1.0, -1, 0], [1, 1, 0]]), np.array([[-1.0, -1, -1], [1, 1, 0]]))
+    for gaussian in (False, True):
+        sun = lights.Sun((0.3, 0.2, -1.0), (2.0, 2.0, 2.0), 0.02, gaussian)
+        for shot in sun.shots(target, 1000, 3, np.random.default_rng(0)):
+            assert shot.power[0] * np.prod(shot.size) == pytest.approx(2.0 * shot.width**2 * min(shot.size) / max(shot.size))
+
+
+def test_a_lamp_keeps_its_watts(empty_file):
+    """All around a point lamp, and before a lamp of an area, the power that leaves is what the lamp says."""
+    around = lights.Target(np.random.default_rng(1).normal(size=(500, 3)) * 9, np.zeros((1, 3)))
+    random = np.random.default_rng(0)
+    (shot,) = lights.Lamp((0, 0, 0), (1.0, 1.0, 1.0)).shots(around, 10000, 1, random)
+    assert shot.power.sum((0, 1)) == pytest.approx(4 * math.pi)
+    area = lights.Area(tuple(map(tuple, np.eye(4))), (2.0, 3.0), False, (1.0, 1.0, 1.0))
+    (shot,) = area.shots(around, 40000, 1, random)
+    assert shot.power.sum((0, 1)) == pytest.approx(6 * math.pi, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        (lambda lamp: setattr(lamp, "spread", 1.0), "Spread"),
+        (lambda lamp: setattr(lamp, "size", 0.0), "size"),
+    ],
+)
+def test_what_is_not_traced_is_refused(change, word, empty_file, one_sentence):
+    scene = stage_of("area", Medium(-1.5))
+    change(scene.objects["Lamp"].data)
+    with pytest.raises(ValueError) as error:
+        caustics.Bake(scene)
+    one_sentence(error.value, word)
+
+
+def test_a_lamp_within_a_medium_is_refused(empty_file, one_sentence):
+    scene = stage_of("point", Medium(-1.5))
+    scene.objects["Lamp"].location.z = -0.5
+    with pytest.raises(ValueError) as error, caustics.Bake(scene):
+        pass
+    one_sentence(error.value, "Lamp", "medium")
+
+
+def test_a_scene_without_a_lamp_is_refused(empty_file, one_sentence):
+    scene = stage_of("point", Medium(-1.5))
+    scene.objects["Lamp"].hide_render = True
+    with pytest.raises(ValueError) as error:
+        caustics.Bake(scene)
+    one_sentence(error.value, "light", "lamp")

@@ -25,6 +25,8 @@ CAUSTICS = ("path", "traced")
 PHOTONS = 16 << 20
 LARGEST = 16384  # pixels a side
 MOST_SAMPLES = 1 << 20
+LAST_FRAME = 9999  # four digits in a file's name
+FPS = 24
 
 USAGE, FAILURE = 2, 1
 
@@ -117,6 +119,26 @@ def _number(option):
     return read
 
 
+def _frames(text):
+    """First and last frame of a text such as 1-48, or 12."""
+    words = text.split("-")
+    if len(words) > 2 or not all(word.isdecimal() for word in words):
+        raise UsageError(f"--frames {text!r} is not a range; write it like 1-48, or 12 for one frame.")
+    first, last = int(words[0]), int(words[-1])
+    if not (1 <= first <= LAST_FRAME and 1 <= last <= LAST_FRAME):
+        raise UsageError(f"--frames {text} is out of range; frames lie between 1 and {LAST_FRAME}.")
+    if first > last:
+        raise UsageError(f"--frames {text} runs backwards; write it like {last}-{first}.")
+    return first, last
+
+
+def _rate(text):
+    rate = _number("--fps")(text)
+    if not 0.01 <= rate <= 1000:
+        raise UsageError(f"--fps {text} is out of range; it lies between 0.01 and 1000.")
+    return rate
+
+
 def _name(text):
     if not text or text in (".", "..") or any(character in text for character in '/\\:*?"<>|\0') or text[0] == "-":
         raise UsageError(f"--name {text!r} cannot name a file; use letters, digits, dots and dashes.")
@@ -148,13 +170,19 @@ def _parser():
         "  nimray render sphere --set n=1.5 companions=yes --samples 256 --size 1280x960\n"
         "  nimray render glass --set liquid=water view=top --denoise\n"
         "  nimray render pool --set liquid=nim mu=-10 view=window\n"
-        "  nimray render --again renders/sphere.exr --samples 1024\n\n"
+        "  nimray render --again renders/sphere.exr --samples 1024\n"
+        "  nimray render pool --set view=window --frames 1-48 --denoise\n\n"
+        "With --frames, the waves of pool and sea move: NAME_0001, NAME_0002, ... show them (frame - 1) / FPS seconds\n"
+        "after their parameter time, each frame with a noise of its own (of seed S + frame). What is there already, and\n"
+        "was made of the same, is not rendered again.\n\n"
         "`nimray scenes` lists the scenes and the keys that --set takes.",
     )
     one.add_argument("scene", nargs="?", metavar="SCENE", help="glass, pool, sphere or sea")
     _render_options(one)
     one.add_argument("--blend", action="store_true", help="save the Blender file too")
     one.add_argument("--again", metavar="FILE", help="repeat the render that made this EXR or PNG")
+    one.add_argument("--frames", type=_frames, metavar="A-B", help="a sequence of images, the waves moving")
+    one.add_argument("--fps", type=_rate, metavar="FPS", help=f"frames a second ({FPS})")
 
     one = command(
         "compare",
@@ -262,7 +290,8 @@ def _render_options(one):
         "--progress",
         action="store_true",
         help="for programs: print JSON lines, "
-        '{"done": samples, "total": samples, "left": seconds or null} as it goes and {"files": [...]} at the end',
+        '{"done": samples, "total": samples, "left": seconds or null} as it goes and {"files": [...]} at the end; '
+        'with --frames also "frame", its number, and "frames", how many there are',
     )
 
 
@@ -298,6 +327,10 @@ def _scene_type(name):
 def _render(arguments):
     if arguments.again and (arguments.scene or arguments.assignments):
         raise UsageError("--again repeats a scene with its parameters; give it without SCENE and --set.")
+    if arguments.again and arguments.frames:
+        raise UsageError("--again repeats one image; give it without --frames.")
+    if arguments.fps and not arguments.frames:
+        raise UsageError("--fps goes with --frames.")
     if not arguments.again and not arguments.scene:
         raise UsageError("name a scene to render: glass, pool, sphere or sea.")
     _bpy()
@@ -310,10 +343,37 @@ def _render(arguments):
         raise UsageError(str(error)) from None
     from .scenes.parameters import file_name
 
+    if arguments.frames:
+        name = arguments.name or file_name(kind.name, arguments.assignments)
+        return _render_frames(arguments, kind, _moments(arguments, kind, parameters), name)
     default = f"{Path(arguments.again).stem}_again" if record else file_name(kind.name, arguments.assignments)
     with _Output(arguments, 1) as output:
         files, made = _make(arguments, kind, parameters, record, arguments.name or default, output)
         output.end(files, made)
+
+
+def _moments(arguments, kind, parameters):
+    """{frame: the parameters that its image shows} of --frames."""
+    if not any(field.name == "time" for field in dataclasses.fields(parameters)):
+        raise UsageError(f"nothing moves in the {kind.name}; --frames is for the pool and the sea.")
+    first, last = arguments.frames
+    fps = arguments.fps or FPS
+    try:
+        return {
+            frame: dataclasses.replace(parameters, time=parameters.time + (frame - 1) / fps)
+            for frame in range(first, last + 1)
+        }
+    except ValueError as error:
+        raise UsageError(str(error)) from None
+
+
+def _render_frames(arguments, kind, moments, name):
+    with _Output(arguments, len(moments)) as output:
+        for frame, parameters in moments.items():
+            output.frame = frame
+            files, made = _make(arguments, kind, parameters, {}, f"{name}_{frame:04}", output)
+            output.written(files)
+        output.end([], made)
 
 
 def _compare(arguments):
@@ -364,7 +424,10 @@ def _varied(kind, words):
 
 
 def _make(arguments, kind, parameters, record, name, output):
-    """Build and render a scene as `arguments`, else `record` (of an earlier render) say; returns (exr, png) and its record."""
+    """Build and render a scene as `arguments`, else `record` (of an earlier render) say; returns (exr, png) and its record.
+
+    A frame of a sequence that is there already, made of the same, is left as it is.
+    """
     from .cycles import material, render
 
     backend = material.resolve(arguments.backend or record.get("backend", "auto"))
@@ -392,7 +455,8 @@ def _make(arguments, kind, parameters, record, name, output):
     width, height = arguments.size(own) if arguments.size else own
     scene.render.resolution_x, scene.render.resolution_y = width, height
     scene.cycles.samples = given(arguments.samples, "samples", scene.cycles.samples)
-    scene.cycles.seed = given(arguments.seed, "seed", 0)
+    # the noise must not stand still while the waves move
+    scene.cycles.seed = (given(arguments.seed, "seed", 0) + (output.frame or 0)) % 2**31
     scene.cycles.use_denoising = denoise
     photons = {"photons": given(arguments.photons, "photons", PHOTONS)} if traced else {}
     made = {
@@ -408,25 +472,26 @@ def _make(arguments, kind, parameters, record, name, output):
         **photons,
         "blender": _bpy().app.version_string,
     }
+    files = [folder / f"{name}{suffix}" for suffix in (".exr", ".png")]
+    blend = getattr(arguments, "blend", False)
+    if output.frame and render.record_of(files[0]) == made and (not blend or (folder / f"{name}.blend").is_file()):
+        if not arguments.quiet:
+            print(f"nimray: {files[0]} is there already.", file=sys.stderr)
+        return files, made
     if traced:
         _trace_caustics(kind, scene, parameters, made, output)
     if record and not arguments.quiet and record["blender"] != made["blender"]:
         print(f"nimray: made with Blender {record['blender']}, repeated with {made['blender']}.", file=sys.stderr)
     with output.showing(name, made["samples"]) as show:
-        files = render.render(
-            scene, folder, name, metadata=made, progress=show, blend=getattr(arguments, "blend", False)
-        )
+        files = render.render(scene, folder, name, metadata=made, progress=show, blend=blend)
     return files, made
 
 
 def _trace_caustics(kind, scene, parameters, made, output):
-    side = 1024 if made["photons"] > 1 << 20 else max(16, math.ceil(math.sqrt(made["photons"])))
-    passes = max(2, math.ceil(made["photons"] / side**2))
     if not (output.quiet or output.progress) and sys.stderr.isatty():
-        print(f"tracing {passes * side**2:,} photons", file=sys.stderr, flush=True)
-    texels = 512 if side < 1024 else 2048
-    options = {"side": side, "passes": passes, "texels": texels, "seed": made["seed"], "backend": made["backend"]}
-    kind.trace_caustics(scene, parameters, **options)
+        print(f"tracing {made['photons']:,} photons", file=sys.stderr, flush=True)
+    texels = 512 if made["photons"] < 1 << 20 else 2048
+    kind.trace_caustics(scene, parameters, photons=made["photons"], texels=texels, seed=made["seed"])
 
 
 def _recorded(path):
@@ -455,6 +520,7 @@ class _Output:
     def __init__(self, arguments, images):
         self.quiet, self.progress, self.images = arguments.quiet, arguments.progress, images
         self.files = []
+        self.frame = None  # the number of the image that is being made, in a sequence
         self.started = time.monotonic()
 
     def __enter__(self):
@@ -474,7 +540,8 @@ class _Output:
         elif self.quiet or not sys.stderr.isatty():
             yield None
         else:
-            bar = _Bar(name)
+            order = f" ({len(self.files) // 2 + 1} of {self.images})" if self.images > 1 else ""
+            bar = _Bar(name + order)
             try:
                 yield bar
             finally:
@@ -482,11 +549,12 @@ class _Output:
 
     def _reporter(self, samples):
         finished, started = len(self.files) // 2, time.monotonic()
+        which = {"frame": self.frame, "frames": self.images} if self.frame else {}
 
         def report(done, _, left):
             if left is not None:  # the images to come take as long as this one
                 left += (time.monotonic() - started + left) * (self.images - finished - 1)
-            self._print({"done": finished * samples + done, "total": self.images * samples, "left": left})
+            self._print({"done": finished * samples + done, "total": self.images * samples, "left": left, **which})
 
         report(0, samples, None)
         return report
@@ -495,7 +563,8 @@ class _Output:
         """These files are there."""
         self.files += map(str, files)
         if not (self.quiet or self.progress):
-            print(*files, sep="\n", flush=True)
+            for file in files:
+                print(file, flush=True)
 
     def end(self, files, made):
         """These files are the last, of renders with that record."""

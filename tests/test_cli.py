@@ -16,6 +16,7 @@ import pytest
 
 from nim_addon import cli
 from nim_addon.cycles import material
+from nim_addon.cycles.render import read_metadata
 from nim_addon.physics import Interface, Medium
 from nim_addon.scenes import scene_type
 
@@ -77,6 +78,40 @@ def test_caustics_traced_from_the_sun(tmp_path):
     assert walls["traced"] > 1.3 * walls["path"]
 
 
+def test_frames_make_a_sequence_and_what_is_there_stays(tmp_path, capsys):
+    """The waves move, the noise differs, a run that stopped goes on where it was, and any frame can be made again."""
+    line = ["render", "sea", "--set", "time=1", "--frames", "11-12", "--fps", "20", "--seed", "5"]
+    line += [*SMALL, "--out", str(tmp_path), "--name", "w"]
+    done = nimray(*line, "--progress")
+    assert (done.returncode, done.stderr) == (0, "")
+    *said, last = map(json.loads, done.stdout.splitlines())
+    assert last["files"] == [
+        str(tmp_path / f"w_{frame:04}.{suffix}") for frame in (11, 12) for suffix in ("exr", "png")
+    ]
+    assert {(one["frame"], one["frames"], one["total"]) for one in said} == {(11, 2, 8), (12, 2, 8)}
+    assert said[0]["done"] == 0 and said[-1]["done"] == 8
+
+    first, second = (tmp_path / f"w_{frame:04}.exr" for frame in (11, 12))
+    records = [read_metadata(file) for file in (first, second)]
+    assert [(record["parameters"]["time"], record["seed"]) for record in records] == [(1.5, 16), (1.55, 17)]
+    kept, former = first.stat().st_mtime_ns, pixels(second)
+    second.with_suffix(".png").write_bytes(second.with_suffix(".png").read_bytes()[:1000])  # cut off
+    assert cli.main(line) == 0
+    printed = capsys.readouterr()
+    assert printed.err == f"nimray: {first} is there already.\n"
+    assert printed.out.split() == last["files"]
+    assert first.stat().st_mtime_ns == kept
+    assert np.median(np.abs(pixels(second) - former)) < 1e-6
+
+    assert cli.main(["render", "--again", str(second), "--out", str(tmp_path), "--name", "again", "--quiet"]) == 0
+    assert np.median(np.abs(pixels(tmp_path / "again.exr") - former)) < 1e-6
+    assert sorted(path.name for path in tmp_path.iterdir() if path.suffix == ".exr") == [
+        "again.exr",
+        "w_0011.exr",
+        "w_0012.exr",
+    ]
+
+
 @pytest.mark.parametrize("how", (signal.SIGINT, signal.SIGTERM))
 def test_ctrl_c_or_a_kill_stops_at_once_and_leaves_nothing(how, tmp_path):
     run = subprocess.Popen(
@@ -126,6 +161,20 @@ REFUSED = [
     ("render sphere --size 0%", "--size 0 is out of range"),
     ("render sphere --size half%", "not a whole number"),
     ("render sphere --quiet --progress", "not allowed with"),
+    ("render pool --frames 48-1", "write it like 1-48"),
+    ("render pool --frames x", "'x' is not a range"),
+    ("render pool --frames 1-2-3", "is not a range"),
+    ("render pool --frames 1-", "is not a range"),
+    ("render pool --frames 0-3", "between 1 and 9999"),
+    ("render pool --frames 1-10000", "between 1 and 9999"),
+    ("render sphere --frames 1-2", "nothing moves in the sphere"),
+    ("render glass --frames 1", "nothing moves in the glass"),
+    ("render pool --frames 1-2 --fps 0", "between 0.01 and 1000"),
+    ("render pool --frames 1-2 --fps nan", "between 0.01 and 1000"),
+    ("render pool --fps 24", "--frames"),
+    ("render pool --set time=3600 --frames 1-2", "time = 3600.04"),
+    ("render pool --set waves=0.25 --frames 12", "wash over the deck"),
+    ("render --again x.exr --frames 1-2", "without --frames"),
     ("compare", "required"),
     ("compare spere", "did you mean sphere?"),
     ("compare glass --vary liquid", "write KEY=A,B,C"),

@@ -226,6 +226,16 @@ def write_with_metadata(image, target, metadata):
         raise OSError(f"cannot write {target.name}: {image.geterror()}")
 
 
+def record_of(exr):
+    """The metadata dict that an EXR and the PNG beside it share, both whole; None where there is no such pair."""
+    exr = Path(exr)
+    try:
+        record = read_metadata(exr)
+        return record if read_metadata(exr.with_suffix(".png")) == record else None
+    except (ValueError, FileNotFoundError):
+        return None
+
+
 def read_metadata(path):
     """The metadata dict of an image that render() wrote.
 

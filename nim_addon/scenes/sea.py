@@ -8,7 +8,7 @@ import numpy as np
 
 from ..cycles.material import interface_material
 from ..physics import Medium
-from . import shapes, surfaces
+from . import shapes, surfaces, waves
 from .parameters import Parameters, choice, integer, liquid, number
 from .stage import Pose, Stage
 
@@ -19,7 +19,6 @@ GROUND = 30.0
 RIM = 0.3
 # The surface is this far from its middle to its sides, with fine steps near the window and ever wider ones beyond.
 HALF, FINE, STEP = 60.0, 6.0, 0.125
-WAVES = 40
 WAVELENGTHS = (1.2, 6.0)
 # How far the oblique view leans, in degrees; the window's far edge must stay in the picture.
 TILT = 20.0
@@ -33,6 +32,7 @@ class SeaParameters(Parameters):
     view: str = choice("up", "where the eye under water looks: straight up, or obliquely", ("up", "oblique"))
     waves: float = number(0.1, "height of the waves, four times the standard deviation; 0 is calm", 0.0, 0.5, "m")
     seed: int = integer(1, "which waves: the same number gives the same surface", 0, 2**31 - 1)
+    time: float = number(0.0, "how long the waves have moved on", 0.0, 3600.0, "s")
 
 
 def build(parameters, backend="auto"):
@@ -43,7 +43,7 @@ def build(parameters, backend="auto"):
     faces = [face[::-1] for i, face in enumerate(faces) if i != 1]  # open above, seen from inside
     stage.mesh("Deep", vertices, faces, surfaces.plain("Deep", (0.010, 0.050, 0.085)))
     if parameters.liquid is not None:
-        vertices, faces, normals = liquid_surface(parameters.waves, parameters.seed)
+        vertices, faces, normals = liquid_surface(parameters.waves, parameters.seed, parameters.time)
         corners = normals[np.asarray(faces)].reshape(-1, 3) if parameters.waves else None
         material = interface_material("Liquid", parameters.liquid, backend=stage.backend)
         stage.mesh("Liquid", vertices, faces, material, normals=corners)
@@ -55,23 +55,19 @@ def build(parameters, backend="auto"):
     return stage.scene
 
 
-def swell(x, y, height, seed):
+def swell(x, y, height, seed, time=0.0):
     """Heights and unit normals of the surface at x and y: a sum of sines of random directions, lengths and phases.
 
-    x, y: (...) metres; height: metres, four times the standard deviation; seed: int
+    x, y: (...) metres; height: metres, four times the standard deviation; seed: int; time: seconds
     Returns (...) and (..., 3).
     """
-    random = np.random.default_rng(seed)
-    angle, phase = random.uniform(0, 2 * np.pi, (2, WAVES))
-    length = np.exp(random.uniform(*np.log(WAVELENGTHS), WAVES))
+    k, phase, omega, length = waves.random_waves(seed, WAVELENGTHS)
     # amplitude grows with the length: all waves are equally steep
     amplitude = height / 4 * length / math.sqrt(np.sum(np.square(length)) / 2)
     z = np.zeros(np.shape(x))
     normals = np.zeros((*np.shape(x), 3))
     normals[..., 2] = 1
-    for a, kx, ky, start in zip(
-        amplitude, 2 * np.pi / length * np.cos(angle), 2 * np.pi / length * np.sin(angle), phase, strict=True
-    ):
+    for a, kx, ky, start in zip(amplitude, *k, phase - omega * time, strict=True):
         argument = kx * x + ky * y + start
         z += a * np.sin(argument)
         normals[..., 0] -= a * kx * np.cos(argument)
@@ -79,17 +75,17 @@ def swell(x, y, height, seed):
     return z, normals / np.linalg.norm(normals, axis=-1, keepdims=True)
 
 
-def liquid_surface(height, seed):
+def liquid_surface(height, seed, time=0.0):
     """The surface as a mesh: vertices (N, 3) in metres, quads facing up, and the normals (N, 3) of swell() there."""
     if height:
-        beyond = np.geomspace(FINE, HALF, 33)[1:]
+        beyond = np.geomspace(FINE, HALF, 25)[1:]
         line = np.concatenate([-beyond[::-1], np.linspace(-FINE, FINE, round(2 * FINE / STEP) + 1), beyond])
     else:
         line = np.array([-HALF, HALF])
     x, y = np.meshgrid(line, line, indexing="ij")
     index = np.arange(x.size).reshape(x.shape)
     quads = np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], -1)
-    z, normals = swell(x, y, height, seed)
+    z, normals = swell(x, y, height, seed, time)
     return np.stack([x, y, z], -1).reshape(-1, 3), quads.reshape(-1, 4).tolist(), normals.reshape(-1, 3)
 
 

@@ -59,7 +59,7 @@ def _float(name, description, low, high, default, unit=""):
         max=high,
         precision=3,
         step=1,
-        unit="LENGTH" if unit == "m" else "NONE",
+        unit={"m": "LENGTH", "s": "TIME_ABSOLUTE"}.get(unit, "NONE"),
         translation_context=OWN,
         update=_changed,
     )

@@ -395,11 +395,13 @@ TEXTS = {
     "Sun Angle (°)": "Ángulo sol (°)",
     "Width of the sun; its light stays the same, in degrees": "Ancho del sol; su luz sigue siendo la misma, en grados",
     "Waves": "Ondas",
-    "Height of the waves, lowest trough to highest crest; 0 is calm, in m": (
-        "Altura de las ondas, del valle más bajo a la cresta más alta; 0 es en calma, en m"
+    "Height of the waves, lowest trough to highest crest at time 0; 0 is calm, in m": (
+        "Altura de las ondas, del valle más bajo a la cresta más alta en el instante 0; 0 es en calma, en m"
     ),
     "Seed": "Semilla",
     "Which waves: the same number gives the same surface": "Qué ondas: el mismo número da la misma superficie",
+    "Time": "Tiempo",
+    "How long the waves have moved on, in s": "Cuánto tiempo llevan avanzando las ondas, en s",
     "What the sea is made of: none, water, nim, an index, or n=-1.33,mu=-10": (
         "De qué es el mar: nada, agua, un NIM, un índice, o n=-1.33,mu=-10"
     ),

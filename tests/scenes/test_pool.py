@@ -10,7 +10,7 @@ import pytest
 
 from nim_addon.cycles import caustics
 from nim_addon.physics import Interface, Medium
-from nim_addon.scenes import pool, scene_type, surfaces
+from nim_addon.scenes import pool, scene_type, surfaces, waves
 
 WATER, NIM = Medium(1.33), Medium(-1.33)
 
@@ -120,8 +120,9 @@ def test_waves_have_the_height_asked_for_about_the_level(height):
     assert vertices[:, 2].mean() == pytest.approx(pool.LEVEL, abs=1e-12)
 
 
-def test_normals_are_the_slopes_of_the_heights():
-    vertices, _, normals = pool.liquid_surface(0.1, 3)
+@pytest.mark.parametrize("time", [0, 7.3])
+def test_normals_are_the_slopes_of_the_heights(time):
+    vertices, _, normals = pool.liquid_surface(0.1, 3, time)
     columns = len(np.unique(vertices[:, 1].round(9)))
     x, y, z = (vertices[:, i].reshape(-1, columns) for i in range(3))
 
@@ -139,8 +140,11 @@ def test_normals_are_the_slopes_of_the_heights():
 
 
 def test_the_mesh_carries_the_exact_normals():
-    mesh = built(waves=0.1, seed=3).objects["Liquid"].data
-    _, faces, normals = pool.liquid_surface(0.1, 3)
+    mesh = built(waves=0.1, seed=3, time=2).objects["Liquid"].data
+    vertices, faces, normals = pool.liquid_surface(0.1, 3, 2)
+    places = np.empty(vertices.size, np.float32)
+    mesh.vertices.foreach_get("co", places)
+    assert np.abs(places.reshape(-1, 3) - vertices).max() < 1e-6
     kept = np.empty(len(mesh.loops) * 3, np.float32)
     mesh.corner_normals.foreach_get("vector", kept)
     # Blender keeps them in 16 bits an angle
@@ -151,6 +155,38 @@ def test_a_seed_gives_one_surface_and_another_seed_another():
     first, again, other = (pool.liquid_surface(0.05, seed)[0] for seed in (4, 4, 5))
     assert np.array_equal(first, again)
     assert np.abs(first - other).max() > 0.01
+
+
+def test_at_time_0_the_surface_is_the_one_that_earlier_versions_had():
+    vertices, _, normals = pool.liquid_surface(0.02, 1)
+    heights = [-0.14427202246201387, -0.1496820152474266, -0.14785035781594952]
+    assert vertices[[0, 5000, 9999], 2] == pytest.approx(heights, abs=1e-12)
+    assert normals[5000] == pytest.approx([0.0031444838464241, -0.0210121593874125, 0.9997742752137694], abs=1e-12)
+
+
+# on deep water a wave of 1 m takes 0.8003 s from crest to crest; the speed goes with the root of the length
+@pytest.mark.parametrize("length, speed", [(0.25, 0.6248), (1.0, 1.2495), (4.0, 2.4990)])
+def test_a_wave_travels_at_the_speed_of_its_length(length, speed, monkeypatch):
+    monkeypatch.setattr(waves, "COUNT", 1)
+    monkeypatch.setattr(pool, "WAVELENGTHS", (length, length))
+    along = waves.random_waves(3, pool.WAVELENGTHS)[0][:, 0] * length / (2 * np.pi)
+    assert np.linalg.norm(along) == pytest.approx(1)
+
+    def crest(time):
+        """Amplitude, and how far along its way a crest is."""
+        vertices, _, _ = pool.liquid_surface(0.02, 3, time)
+        argument = 2 * np.pi / length * (vertices[:, :2] @ along)
+        parts = np.column_stack([np.cos(argument), np.sin(argument), np.ones_like(argument)])
+        (cosine, sine, _), misfit, *_ = np.linalg.lstsq(parts, vertices[:, 2], rcond=None)
+        assert misfit[0] < 1e-20
+        return math.hypot(cosine, sine), math.atan2(sine, cosine) * length / (2 * np.pi)
+
+    (high, start), (still_high, later) = crest(0), crest(0.1)
+    assert still_high == pytest.approx(high, rel=1e-9)
+    assert (later - start) % length == pytest.approx(0.1 * speed, rel=1e-3)
+    surface = pool.liquid_surface(0.02, 3)[0]
+    assert pool.liquid_surface(0.02, 3, length / speed)[0] == pytest.approx(surface, abs=2e-5)
+    assert np.abs(pool.liquid_surface(0.02, 3, length / speed / 2)[0] - surface).max() > 0.015
 
 
 def test_calm_liquid_is_one_level_rectangle():
@@ -224,6 +260,8 @@ def test_liquid_and_permeability():
     parameters = pool.PoolParameters(liquid="nim", mu="-10", view="window")
     assert pool.PoolParameters(**parameters.plain()) == parameters
     assert "Liquid" not in built(liquid="none").objects
+    earlier = {key: value for key, value in parameters.plain().items() if key != "time"}
+    assert pool.PoolParameters(**earlier) == parameters
     node = built(liquid="nim", mu=-10).objects["Liquid"].material_slots[0].material.node_tree.nodes["NIM Interface"]
     assert node.inputs["Permeability Inside"].default_value == -10
 
@@ -243,6 +281,8 @@ def test_liquid_and_permeability():
         ({"waves": "nan"}, "out of range"),
         ({"seed": "1.5"}, "seed"),
         ({"seed": -1}, "out of range"),
+        ({"time": -1}, "between 0 and 3600 s"),
+        ({"waves": 0.25, "time": 0.5}, "wash over the deck"),
     ],
 )
 def test_a_wrong_parameter_is_refused_in_a_sentence(values, words, one_sentence):
@@ -380,7 +420,7 @@ def test_from_the_top_the_floor_is_magnified_as_snell_says(picture, liquid):
 def test_a_pool_built_again_has_no_caustics_of_the_last_one(empty_file):
     parameters = pool.PoolParameters.read(["sky=sunny"])
     scene = pool.build(parameters, "nodes")
-    pool.trace_caustics(scene, parameters, side=64, passes=2, texels=64, backend="nodes")
+    pool.trace_caustics(scene, parameters, photons=1 << 13, texels=64, backend="nodes")
     assert [thing for thing in scene.objects if thing.get(caustics.OWNER)]
     assert scene.objects["Basin"].hide_render
     again = pool.build(parameters, "nodes")

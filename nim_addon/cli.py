@@ -279,7 +279,9 @@ def _render_options(one):
     one.add_argument("--backend", choices=BACKENDS, help="OSL, or Blender's own nodes (auto: OSL where there is some)")
     one.add_argument("--denoise", action=argparse.BooleanOptionalAction, help="clean the noise (OpenImageDenoise)")
     one.add_argument(
-        "--caustics", choices=CAUSTICS, help="of the pool's sun: found by chance (path), or traced from the sun; (path)"
+        "--caustics",
+        choices=CAUSTICS,
+        help="of the sun: found by chance (path), or traced from it (traced, where the sun is narrow)",
     )
     one.add_argument(
         "--photons", type=_whole("--photons", 1, 1 << 40), metavar="N", help="for traced caustics (16 million)"
@@ -428,7 +430,7 @@ def _make(arguments, kind, parameters, record, name, output):
 
     A frame of a sequence that is there already, made of the same, is left as it is.
     """
-    from .cycles import material, render
+    from .cycles import caustics, material, render
 
     backend = material.resolve(arguments.backend or record.get("backend", "auto"))
     denoise = arguments.denoise if arguments.denoise is not None else record.get("denoise", False)
@@ -438,18 +440,19 @@ def _make(arguments, kind, parameters, record, name, output):
     def given(value, key, default):
         return value if value is not None else record.get(key, default)
 
-    traced = given(arguments.caustics, "caustics", "path") == "traced"
-    if arguments.photons and not traced:
-        raise UsageError("--photons goes with --caustics traced.")
-    if traced and kind.sun is None:
-        raise UsageError(f"--caustics traced is for the pool, not for the {kind.name}; leave it out.")
     try:
-        if traced:
-            kind.sun(parameters)
         folder = render.writable_folder(arguments.out)
         scene = kind.build(parameters, backend)
     except ValueError as error:
         raise UsageError(str(error)) from None
+    traced = given(arguments.caustics, "caustics", caustics.best_way(scene)) == "traced"
+    if arguments.photons and not traced:
+        raise UsageError("--photons goes with --caustics traced.")
+    if traced:
+        try:
+            caustics.Bake(scene)
+        except ValueError as error:
+            raise UsageError(f"--caustics traced: {error}") from None
 
     own = record.get("size", (scene.render.resolution_x, scene.render.resolution_y))
     width, height = arguments.size(own) if arguments.size else own
@@ -479,7 +482,7 @@ def _make(arguments, kind, parameters, record, name, output):
             print(f"nimray: {files[0]} is there already.", file=sys.stderr)
         return files, made
     if traced:
-        _trace_caustics(kind, scene, parameters, made, output)
+        _trace_caustics(scene, made, output, folder / f".{name}.photons")
     if record and not arguments.quiet and record["blender"] != made["blender"]:
         print(f"nimray: made with Blender {record['blender']}, repeated with {made['blender']}.", file=sys.stderr)
     with output.showing(name, made["samples"]) as show:
@@ -487,11 +490,15 @@ def _make(arguments, kind, parameters, record, name, output):
     return files, made
 
 
-def _trace_caustics(kind, scene, parameters, made, output):
-    if not (output.quiet or output.progress) and sys.stderr.isatty():
-        print(f"tracing {made['photons']:,} photons", file=sys.stderr, flush=True)
+def _trace_caustics(scene, made, output, file):
+    from .cycles import caustics
+
     texels = 512 if made["photons"] < 1 << 20 else 2048
-    kind.trace_caustics(scene, parameters, photons=made["photons"], texels=texels, seed=made["seed"])
+    with output.tracing(made) as show:
+        try:
+            caustics.bake(scene, photons=made["photons"], texels=texels, seed=made["seed"], file=file, progress=show)
+        except ValueError as error:
+            raise UsageError(f"--caustics traced: {error}") from None
 
 
 def _recorded(path):
@@ -547,6 +554,32 @@ class _Output:
             finally:
                 bar.end()
 
+    @contextlib.contextmanager
+    def tracing(self, made):
+        """While the photons of one image are traced: yields what bake() calls as its progress, or None."""
+        if self.progress:
+            which = {"frame": self.frame, "frames": self.images} if self.frame else {}
+            done, total = len(self.files) // 2 * made["samples"], self.images * made["samples"]
+
+            def report(passes, of):
+                photons = made["photons"] * passes // of
+                self._print({"done": done, "total": total, "left": None, "photons": photons, **which})
+
+            yield report
+        elif self.quiet or not sys.stderr.isatty():
+            yield None
+        else:
+            bar, million, started = _Bar("photons", "million"), made["photons"] / 1e6, time.monotonic()
+
+            def show(passes, of):
+                left = (time.monotonic() - started) / passes * (of - passes) if passes else None
+                bar(round(million * passes / of), max(round(million), 1), left)
+
+            try:
+                yield show
+            finally:
+                bar.end()
+
     def _reporter(self, samples):
         finished, started = len(self.files) // 2, time.monotonic()
         which = {"frame": self.frame, "frames": self.images} if self.frame else {}
@@ -585,8 +618,8 @@ class _Bar:
 
     WIDTH = 28
 
-    def __init__(self, name):
-        self.name = name
+    def __init__(self, name, unit="samples"):
+        self.name, self.unit = name, unit
         self.report = None
         self.over = threading.Event()
         self.ticker = threading.Thread(target=self._tick, daemon=True)
@@ -608,7 +641,7 @@ class _Bar:
         full = self.WIDTH * done // total
         bar = "#" * full + "." * (self.WIDTH - full)
         wait = "" if left is None else f", {duration(left)} left"
-        line = f"{self.name} [{bar}] {done}/{total} samples{wait}"
+        line = f"{self.name} [{bar}] {done}/{total} {self.unit}{wait}"
         print(f"\r{line:<{len(self.name) + self.WIDTH + 46}}", end="", file=sys.stderr, flush=True)
 
     def end(self):

@@ -134,8 +134,8 @@ def test_ctrl_c_or_a_kill_stops_at_once_and_leaves_nothing(how, tmp_path):
 
 
 REFUSED = [
-    ("render sphere --caustics traced", "pool"),
-    ("render pool --caustics traced", "sky=sunny"),
+    ("render sphere --photons 100", "--caustics traced"),
+    ("render pool --caustics traced", "no light to trace"),
     ("render pool --photons 100", "--caustics traced"),
     ("render pool --set sky=sunny --caustics traced --photons 0", "out of range"),
     ("render", "name a scene"),

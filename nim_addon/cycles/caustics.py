@@ -22,7 +22,7 @@ from .material import empty_tree, interface_nodes
 from .photons import ATTRIBUTE, HIDDEN, OWNER, SURFACES, Landed, Tracer, is_rendered, lands, mirrors_of
 
 DIGEST = "nim_caustics_of"  # of the collection: digest() of the scene that was traced
-MULTIPLE = "nim_caustics_multiple"  # of a lamp: whether it was found by chance too
+MULTIPLE = "nim_caustics_multiple"  # of a lamp: whether it was found by chance too; of a sky: how it was sampled
 COLLECTION = "NIM Caustics"
 SIDES = (("NIM Caustics", "nim_window_low", "nim_window_high"), ("NIM Caustics Back", "nim_back_low", "nim_back_high"))
 PHOTONS = 1 << 24
@@ -32,6 +32,7 @@ TRIAL = 1 << 18  # photons by which the textures are laid out
 LAMP = ("type", "energy", "color", "exposure", "use_temperature", "temperature", "use_nodes", "normalize", "angle")
 LAMP += ("shadow_soft_size", "spot_size", "spot_blend", "shape", "size", "size_y", "spread")
 PLAIN = ("BOOLEAN", "INT", "FLOAT", "STRING", "ENUM")
+NARROW = math.radians(10)  # a sun that is better traced than found by chance
 DISKS = 6  # lamps for a Gaussian sun
 
 
@@ -39,8 +40,8 @@ class Bake:
     """A bake, pass by pass; with `with`, for it takes what it made to trace away at the end.
 
     scene:   bpy.types.Scene; nothing of it is changed before put(), which puts these caustics in the place of any others
-    light:   None for the lamps of the scene, or a list of lights.Sun, Lamp or Area that nothing else in the scene stands
-             for where their light has been scattered: lamps are made for what they shine on straight
+    light:   None for the lamps of the scene and the sun of its sky (lights.sun_of), or a list of lights.Sun, Lamp or Area
+             that nothing else in the scene stands for: lamps are made for what they shine on straight
     texels:  edge of the largest texture; photons: about how many in all; seed: of their noise
     for step in bake: one round, a pass of every light; bake.done of bake.total rounds are traced. Then put() at any time.
     Raises ValueError, one sentence: as photons.Tracer does, for a scene without a light, a light of a kind that is not
@@ -50,8 +51,13 @@ class Bake:
     def __init__(self, scene, light=None, *, texels=2048, photons=PHOTONS, seed=0):
         self.scene, self.texels, self.seed, self.done = scene, texels, seed, 0
         scene.view_layers[0].update()  # places set by a script are not yet in the lamps' matrices
-        lamps = [] if light is not None else [lamp for lamp in lights.lamps_of(scene) if not lamp.get(OWNER)]
-        self.sources = [(one, None) for one in light or ()] or [(lights.light_of(lamp), lamp) for lamp in lamps]
+        if light is None:
+            sun = lights.sun_of(scene)
+            lamps = [lamp for lamp in lights.lamps_of(scene) if is_rendered(lamp)]
+            self.sources = [(sun, None)] if sun else []
+            self.sources += [(lights.light_of(lamp), lamp) for lamp in lamps]
+        else:
+            self.sources = [(one, None) for one in light]
         if not self.sources:
             raise ValueError("the scene has no light to trace; add a lamp: a sun, a point, a spot or an area.")
         each = max(64, math.ceil(photons / len(self.sources)))
@@ -123,6 +129,8 @@ class Bake:
                 _lamps(collection, light)
             else:
                 _split(collection, lamp)
+        if lights.sun_of(self.scene):
+            _hide_sun(self.scene.world)
         return self.density.power(self.done)
 
     def save(self, file):
@@ -204,7 +212,7 @@ def bake(scene, light=None, *, progress=None, file=None, **options):
 
 def digest(scene):
     """A mark of all that decides the caustics of `scene`: shapes and places, media, lamps; another one if any changes."""
-    lines = []
+    lines = [repr(lights.sun_of(scene))]
     scene.view_layers[0].update()
     for thing in scene.objects:
         if not is_rendered(thing):
@@ -254,6 +262,13 @@ def _plain(value):
     return round(value, 6) if isinstance(value, float) else [_plain(one) for one in value]
 
 
+def best_way(scene):
+    """ "traced" where the sun in the sky of `scene` is so narrow that a path tracer hardly meets it, else "path"."""
+    sun = lights.sun_of(scene)
+    bends = any(interface_nodes(slot.material) for thing in scene.objects for slot in thing.material_slots)
+    return "traced" if sun and sun.angle < NARROW and bends else "path"
+
+
 def baked(scene):
     """The collection of the caustics in `scene`, or None."""
     return next((one for one in scene.collection.children if one.get(OWNER)), None)
@@ -286,8 +301,19 @@ def clear(scene):
         if thing.type == "LIGHT" and thing.data.get(MULTIPLE) is not None:
             thing.data.cycles.use_multiple_importance_sampling = thing.data[MULTIPLE]
             del thing.data[MULTIPLE]
+    if scene.world and scene.world.get(MULTIPLE) is not None:
+        scene.world.node_tree.nodes[lights.HIDDEN].outputs[0].default_value = 0.0
+        scene.world.cycles.sampling_method = scene.world[MULTIPLE]
+        del scene.world[MULTIPLE]
     bpy.data.batch_remove([*things, *collections])
     bpy.data.batch_remove([*data, *materials, *images])
+
+
+def _hide_sun(world):
+    """Leave the sun in a sky to where nothing was scattered: a lamp and the photons stand for it elsewhere."""
+    world[MULTIPLE] = world.cycles.sampling_method
+    world.node_tree.nodes[lights.HIDDEN].outputs[0].default_value = 1.0
+    world.cycles.sampling_method = "NONE"  # without its sun the sky is smooth, and is found by chance
 
 
 def _color(light):

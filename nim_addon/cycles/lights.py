@@ -13,6 +13,8 @@ import mathutils
 import numpy as np
 
 TURNS = 60  # ways to turn the frame about the light's direction, of which the tightest is taken
+SUN = "nim_sun"  # of a bpy.types.World: direction, irradiance and angle of the Gaussian sun in its sky
+HIDDEN = "NIM Sun hidden"  # its Value node: 1 hides that sun from paths that were scattered
 WHOLE = (-math.pi, math.pi, -math.pi / 2, math.pi / 2)
 
 
@@ -166,6 +168,12 @@ def light_of(thing, matrix=None):
     if lamp.type == "SPOT":
         return Lamp(place, intensity, radius, axis, math.cos(lamp.spot_size / 2), lamp.spot_blend)
     return Lamp(place, intensity, radius)
+
+
+def sun_of(scene):
+    """The Sun in the sky of `scene`, as surfaces.sky() makes it, or None."""
+    values = scene.world and scene.world.get(SUN)
+    return Sun(tuple(values[:3]), tuple(values[3:6]), values[6], gaussian=True) if values else None
 
 
 def lamps_of(scene):

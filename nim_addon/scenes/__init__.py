@@ -14,8 +14,7 @@ class SceneType(NamedTuple):
     """A scene: its name, one line on what it shows, the dataclass of its parameters, `build(parameters, backend)`.
 
     `pose(parameters)` is where its camera stands; `compared` are the values, as `nimray compare --vary` takes them, that
-    show it empty, with water and with a NIM; `sun(parameters)` and `trace_caustics(scene, parameters, **options)`,
-    where there are any, are a sun, and let the caustics of a built scene come from its photons.
+    show it empty, with water and with a NIM.
     """
 
     name: str
@@ -24,8 +23,6 @@ class SceneType(NamedTuple):
     build: callable
     pose: callable
     compared: str
-    sun: callable = None
-    trace_caustics: callable = None
 
 
 SCENES = MappingProxyType(
@@ -47,8 +44,6 @@ SCENES = MappingProxyType(
                 pool.build,
                 pool.pose,
                 "liquid=none,water,nim",
-                pool.bright_sun,
-                pool.trace_caustics,
             ),
             SceneType(
                 "sphere",

@@ -13,7 +13,7 @@ import numpy as np
 from ..cycles.material import interface_material
 from ..physics import MEDIA, Medium
 from . import shapes, surfaces
-from .parameters import Parameters, choice, liquid, mesh_file, switch
+from .parameters import Parameters, choice, liquid, mesh_file, number, switch
 from .stage import Pose, Stage
 
 # Lengths in metres. The glass is a tumbler: walls of 2.5 mm, a rounded rim, a base of 10 mm with rounded edges.
@@ -38,6 +38,10 @@ STATUES = {
 }
 TABLE_RADIUS = 0.80
 
+# The sky's strength; the sun in it, a Gaussian: towards it, and its irradiance across its rays, whatever its width.
+SKY = 1.4
+SUN, SUN_IRRADIANCE = (-0.55, 0.30, 0.78), (3.748, 3.467, 2.998)
+
 
 @dataclass(frozen=True)
 class GlassParameters(Parameters):
@@ -49,6 +53,7 @@ class GlassParameters(Parameters):
     figures: str = mesh_file(
         "none", "three small statues around the glass: Blender's monkey or a mesh of your own", ("none", "monkey")
     )
+    sun_angle: float = number(24.0, "width of the sun; its light stays the same", 0.1, 30.0, "degrees")
 
 
 def build(parameters, backend="auto"):
@@ -66,14 +71,15 @@ def build(parameters, backend="auto"):
         straw(stage)
     if statue is not None:
         statues(stage, statue, subdivide=parameters.figures == "monkey")
+    peak = np.divide(SUN_IRRADIANCE, SKY * surfaces.gaussian(parameters.sun_angle / 2))
     stage.world(
         surfaces.sky(
             "Studio",
             (0.95, 0.93, 0.90),
             (0.30, 0.45, 0.75),
-            strength=1.4,
+            strength=SKY,
             ground=(0.24, 0.31, 0.38),
-            glow=((-0.55, 0.30, 0.78), (20.0, 18.5, 16.0), 12.0),
+            glow=(SUN, tuple(peak), parameters.sun_angle / 2),
         ),
         aim=256,
     )

@@ -4,15 +4,13 @@
 import math
 from dataclasses import dataclass
 
-import bpy
 import numpy as np
 
-from ..cycles import caustics, lights
 from ..cycles.material import interface_material
 from ..physics import Medium
 from . import shapes, surfaces, waves
 from .parameters import Parameters, choice, integer, liquid, number
-from .stage import OWNER, Pose, Stage
+from .stage import Pose, Stage
 
 # The basin, in metres: half its length and width, its floor, and the liquid's level at rest; the deck is at z = 0.
 HALF = (4.0, 2.25)
@@ -40,7 +38,7 @@ class PoolParameters(Parameters):
     mu: float = number(None, "relative permeability of the liquid; the liquid's own if left out", -100.0, 100.0)
     view: str = choice("side", "where the eye is: beside the pool, above it, under water", ("side", "top", "window"))
     sky: str = choice("overcast", "the light: a grey sky, or a blue one with the sun", ("overcast", "sunny"))
-    sun_angle: float = number(5.0, "width of the sun; its light stays the same", 0.5, 20.0, "degrees")
+    sun_angle: float = number(0.53, "width of the sun; its light stays the same", 0.1, 20.0, "degrees")
     waves: float = number(
         0.02, "height of the waves, lowest trough to highest crest at time 0; 0 is calm", 0.0, 0.25, "m"
     )
@@ -108,39 +106,14 @@ def liquid_surface(height, seed, time=0.0):
     return vertices, faces, _unit(normals)
 
 
-def sunny(width, scattered=True):
-    """A World: a blue sky and the sun() of that width in it; `scattered` as surfaces.sky() has it."""
-    return surfaces.sky("Sunny", (0.48, 0.70, 1.00), (0.10, 0.28, 0.80), glow=sun(width), scattered=scattered)
-
-
-def bright_sun(parameters):
-    """The lights.Sun of these PoolParameters; ValueError where no sun shines, or on no liquid."""
-    if parameters.sky != "sunny" or parameters.liquid is None:
-        lacks = "liquid" if parameters.liquid is None else "sun"
-        raise ValueError(f"there is no {lacks} to make caustics; set sky=sunny, and a liquid.")
-    return lights.Sun(tuple(-SUN), tuple(SUN_IRRADIANCE), math.radians(parameters.sun_angle), gaussian=True)
-
-
-def trace_caustics(scene, parameters, **options):
-    """Let the sun's light through the surface come from photons: caustics.bake() for a scene that build() made.
-
-    options: texels, photons, seed, progress, file of caustics.bake(); returns and raises as it and bright_sun() do
-    """
-    power = caustics.bake(scene, [bright_sun(parameters)], **options)
-    former, scene.world = scene.world, sunny(parameters.sun_angle, scattered=False)
-    scene.world[OWNER] = "pool"
-    scene.world.cycles.sampling_method = "NONE"  # the sky without its sun is smooth, and is found by chance
-    bpy.data.worlds.remove(former)
-    return power
+def sunny(width):
+    """A World: a blue sky and the sun() of that width in it."""
+    return surfaces.sky("Sunny", (0.48, 0.70, 1.00), (0.10, 0.28, 0.80), glow=sun(width))
 
 
 def sun(width):
     """The `glow` of surfaces.sky: a Gaussian `width` degrees wide (1/e to 1/e) that gives SUN_IRRADIANCE."""
-    half = math.radians(width / 2)
-    angle, step = np.linspace(0, np.pi / 2, 20001, retstep=True)
-    # irradiance across its rays of a Gaussian of peak 1
-    unit = np.pi * np.sum(np.exp(-np.square(angle / half)) * np.sin(2 * angle)) * step
-    return tuple(SUN), tuple(SUN_IRRADIANCE / unit), width / 2
+    return tuple(SUN), tuple(SUN_IRRADIANCE / surfaces.gaussian(width / 2)), width / 2
 
 
 def pose(parameters):

@@ -16,7 +16,8 @@ CENTER, RADIUS = (0.0, 0.0, 1.001), 1.0
 # No joint of the pattern runs under the sphere's middle: it would show as a seam in the sky that it mirrors.
 LIGHT, DARK, TILE, JOINT, GROUND = (0.78, 0.70, 0.56), (0.11, 0.09, 0.075), 0.8, (0.3, 0.2), 200.0
 HORIZON, ZENITH = (0.62, 0.80, 1.0), (0.03, 0.14, 0.55)
-GLOW = ((-0.56, -0.36, 0.75), (62.0, 54.0, 42.0), 8.0)
+# The sun, a Gaussian: towards it, and its irradiance across its rays, whatever its width.
+SUN, SUN_IRRADIANCE = (-0.56, -0.36, 0.75), (3.748, 3.265, 2.539)
 
 
 class Ball(NamedTuple):
@@ -42,6 +43,8 @@ class SphereParameters(Parameters):
     mu: float = number(None, "relative permeability of the sphere; the sign of n if left out", -100.0, 100.0)
     companions: bool = switch(False, "an opaque red sphere behind, a blue one in front")
 
+    sun_angle: float = number(16.0, "width of the sun; its light stays the same", 0.1, 30.0, "degrees")
+
     def __post_init__(self):
         super().__post_init__()
         medium = Medium(self.n, self.mu)
@@ -65,9 +68,15 @@ def build(parameters, backend="auto"):
     ball(stage, "Sphere", CENTER, RADIUS, interface_material("Sphere", parameters.medium, backend=stage.backend))
     for one in COMPANIONS if parameters.companions else ():
         ball(stage, one.name, one.center, one.radius, surfaces.plain(one.name, one.color))
-    stage.world(surfaces.sky("Sky", HORIZON, ZENITH, glow=GLOW), aim=256)
+    stage.world(surfaces.sky("Sky", HORIZON, ZENITH, glow=glow(parameters)), aim=256)
     stage.camera(*pose(parameters))
     return stage.scene
+
+
+def glow(parameters):
+    """The `glow` of surfaces.sky: the sun of these SphereParameters."""
+    width = parameters.sun_angle / 2
+    return SUN, tuple(irradiance / surfaces.gaussian(width) for irradiance in SUN_IRRADIANCE), width
 
 
 def pose(parameters):

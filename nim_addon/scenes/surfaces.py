@@ -4,7 +4,9 @@
 import math
 
 import bpy
+import numpy as np
 
+from ..cycles import lights
 from ..cycles.material import empty_tree
 
 
@@ -80,11 +82,11 @@ def checker(name, light, dark, size):
     return diffuse(name, paint)
 
 
-def sky(name, horizon, zenith, *, strength=1.0, ground=None, glow=None, scattered=True):
+def sky(name, horizon, zenith, *, strength=1.0, ground=None, glow=None):
     """A World: `horizon` colour blending with the elevation to `zenith`; `ground` (or horizon) below the horizon.
 
-    glow: None, or (direction towards it, colour, half-width in degrees): a soft sun, added as a Gaussian of the angle
-    scattered: whether a path that was scattered may meet the glow; if not, something else stands for its light there
+    glow: None, or (direction towards it, colour, half-width in degrees): a soft sun, added as a Gaussian of the angle;
+          lights.sun_of() finds it, and caustics.Bake can hide it from paths that were scattered
     """
     world = bpy.data.worlds.new(name)
     nodes = Nodes(world)
@@ -97,18 +99,29 @@ def sky(name, horizon, zenith, *, strength=1.0, ground=None, glow=None, scattere
         color = nodes.mix(nodes.math("GREATER_THAN", up), ground, color)
     if glow is not None:
         towards, tone, width = glow
+        towards = tuple(np.divide(towards, np.linalg.norm(towards)))
         cosine = nodes.add("ShaderNodeVectorMath", operation="DOT_PRODUCT", inputs={0: direction, 1: towards})
         angle = nodes.math("ARCCOSINE", nodes.math("MINIMUM", cosine.outputs["Value"], 1.0))
         ratio = nodes.math("DIVIDE", angle, math.radians(width))
         gauss = nodes.math("EXPONENT", nodes.math("MULTIPLY", nodes.math("MULTIPLY", ratio, ratio), -1.0))
-        if not scattered:
-            depth = nodes.add("ShaderNodeLightPath").outputs["Diffuse Depth"]
-            gauss = nodes.math("MULTIPLY", gauss, nodes.math("LESS_THAN", depth, 0.5))
+        scattered = nodes.math("GREATER_THAN", nodes.add("ShaderNodeLightPath").outputs["Diffuse Depth"], 0.5)
+        hidden = nodes.add("ShaderNodeValue", name=lights.HIDDEN).outputs[0]
+        hidden.default_value = 0.0
+        seen = nodes.math("SUBTRACT", 1.0, nodes.math("MULTIPLY", scattered, hidden))
+        gauss = nodes.math("MULTIPLY", gauss, seen)
+        irradiance = np.multiply(tone, strength * gaussian(width))
+        world[lights.SUN] = [*np.negative(towards).tolist(), *irradiance.tolist(), math.radians(2 * width)]
         light = nodes.add("ShaderNodeVectorMath", operation="SCALE", inputs={0: tone, "Scale": gauss})
         color = nodes.add("ShaderNodeVectorMath", operation="ADD", inputs={0: color, 1: light.outputs[0]}).outputs[0]
     background = nodes.add("ShaderNodeBackground", inputs={"Color": color, "Strength": strength})
     nodes.add("ShaderNodeOutputWorld", inputs={"Surface": background.outputs[0]})
     return world
+
+
+def gaussian(width):
+    """Irradiance across its rays of a Gaussian `glow` of peak radiance 1 and that half-width in degrees: steradians."""
+    angle, step = np.linspace(0, np.pi / 2, 20001, retstep=True)
+    return np.pi * np.sum(np.exp(-np.square(angle / math.radians(width))) * np.sin(2 * angle)) * step
 
 
 def spiral(name, light, dark, pitch):

@@ -7,11 +7,11 @@ import bpy
 import numpy as np
 import pytest
 
-from nim_addon.cycles import caustics
-from nim_addon.cycles.material import interface_material
+from nim_addon.cycles import caustics, lights
 from nim_addon.cycles.lights import Sun
+from nim_addon.cycles.material import interface_material
 from nim_addon.physics import Interface, Medium
-from nim_addon.scenes import shapes, surfaces
+from nim_addon.scenes import glass, pool, shapes, sphere, surfaces
 from nim_addon.scenes.stage import Stage
 
 THETA = math.radians(30)
@@ -64,18 +64,14 @@ def test_baked_and_path_traced_light_have_the_same_mean(n, scene, render):
     node = scene.objects["Surface"].material_slots[0].material.node_tree.nodes["NIM Interface"]
     node.inputs["Index Inside"].default_value, node.inputs["Permeability Inside"].default_value = n, math.copysign(1, n)
     scene.cycles.max_bounces = 1024
-    sun = SUN._replace(angle=math.radians(10), gaussian=True)
-    angle, step = np.linspace(0, np.pi / 2, 20001, retstep=True)
-    unit = np.pi * np.sum(np.exp(-np.square(angle / (sun.angle / 2))) * np.sin(2 * angle)) * step
-    glow = tuple(-np.array(sun.direction)), tuple(np.array(sun.irradiance) / unit), 5.0
-    dark, scene.world = scene.world, surfaces.sky("Sun", (0, 0, 0), (0, 0, 0), glow=glow)
+    glow = tuple(-np.array(SUN.direction)), tuple(np.array(SUN.irradiance) / surfaces.gaussian(5.0)), 5.0
+    scene.world = surfaces.sky("Sun", (0, 0, 0), (0, 0, 0), glow=glow)
     scene.world.cycles.sampling_method = "NONE"  # by chance, through the interface and past it alike
     small = 32
     scene.render.resolution_x = scene.render.resolution_y = small
     scene.cycles.samples = 4096
     traced = render(scene)[..., 1]
-    scene.world = dark
-    caustics.bake(scene, [sun], texels=256, photons=48 << 16)
+    caustics.bake(scene, texels=256, photons=48 << 16)
     scene.cycles.samples = 64
     baked = render(scene)[..., 1]
     blocks = [picture.reshape(4, 8, 4, 8).swapaxes(1, 2).reshape(16, 64) for picture in (traced, baked)]
@@ -112,3 +108,78 @@ def test_a_bake_lives_in_the_file(scene, render, tmp_path):
     after = render(bpy.data.scenes["NIM surface"])
     assert before.max() > 0.1
     assert np.abs(after - before).max() < 1e-5
+
+
+def test_the_suns_own_scenes_give_their_sun_to_the_photons(empty_file):
+    for build, parameters, irradiance in (
+        (pool.build, pool.PoolParameters.read(["sky=sunny"]), pool.SUN_IRRADIANCE),
+        (sphere.build, sphere.SphereParameters(), sphere.SUN_IRRADIANCE),
+        (glass.build, glass.GlassParameters(), glass.SUN_IRRADIANCE),
+    ):
+        sun = lights.sun_of(build(parameters, "nodes"))
+        assert sun.irradiance == pytest.approx(irradiance, rel=1e-6)
+        assert math.degrees(sun.angle) == pytest.approx(parameters.sun_angle)
+    assert lights.sun_of(pool.build(pool.PoolParameters(), "nodes")) is None
+
+
+@pytest.mark.parametrize("setting", ["sun_angle=0.53", "sun_angle=16"])
+def test_a_narrow_sun_is_traced_a_wide_one_found_by_chance(setting, empty_file):
+    scene = sphere.build(sphere.SphereParameters.read([setting]), "nodes")
+    assert caustics.best_way(scene) == ("traced" if setting == "sun_angle=0.53" else "path")
+
+
+def test_a_bake_that_was_stopped_goes_on(scene, tmp_path):
+    """The sums that are kept are the sums that would have been, and the file of another bake is no help."""
+    options = {"texels": 64, "photons": 1 << 14}
+    sun = [SUN._replace(gaussian=True)]  # many passes
+    file = tmp_path / "state"
+    with caustics.Bake(scene, sun, **options) as whole:
+        for _ in whole:
+            pass
+    with caustics.Bake(scene, sun, **options) as first:
+        for done in first:
+            if done == 10:
+                first.save(file)
+                break
+    with caustics.Bake(scene, sun, **options) as second:
+        assert second.load(file) and second.done == 10
+        rounds = list(second)
+    assert rounds == list(range(11, whole.total + 1))
+    assert second.density.count.sum() == pytest.approx(whole.density.count.sum(), rel=1e-3)
+    assert second.density.flux.sum() == pytest.approx(whole.density.flux.sum(), rel=1e-3)
+    with caustics.Bake(scene, sun, seed=1, **options) as other:
+        assert not other.load(file) and other.done == 0
+    file.write_bytes(file.read_bytes()[:1000])
+    with caustics.Bake(scene, sun, **options) as cut:
+        assert not cut.load(file)
+
+
+def test_a_bake_knows_when_it_is_out_of_date(scene):
+    caustics.bake(scene, [SUN], texels=64, photons=1 << 13)
+    assert not caustics.out_of_date(scene)
+    scene.camera.location.x += 1
+    assert not caustics.out_of_date(scene)
+    node = scene.objects["Surface"].material_slots[0].material.node_tree.nodes["NIM Interface"]
+    node.inputs["Index Inside"].default_value = -1.5
+    assert caustics.out_of_date(scene)
+    node.inputs["Index Inside"].default_value = -1.33
+    assert not caustics.out_of_date(scene)
+    scene.objects["Surface"].location.z += 0.01
+    assert caustics.out_of_date(scene)
+    scene.objects["Surface"].location.z -= 0.01
+    scene.objects["Floor"].data.vertices[0].co.z += 0.01
+    assert caustics.out_of_date(scene)
+
+
+def test_a_floor_without_area_is_refused(scene, one_sentence):
+    scene.objects["Floor"].scale = (0, 0, 0)
+    with pytest.raises(ValueError) as error:
+        caustics.bake(scene, [SUN], photons=1 << 13)
+    one_sentence(error.value, "Floor", "area")
+
+
+def test_light_that_lands_nowhere_is_told(scene, one_sentence):
+    with pytest.raises(ValueError) as error:
+        caustics.bake(scene, [SUN._replace(direction=(0, 0.001, 1))], photons=1 << 13)
+    one_sentence(error.value, "no light lands")
+    assert not caustics.baked(scene)

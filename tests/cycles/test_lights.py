@@ -35,7 +35,7 @@ LAMPS = {
 
 
 def stage_of(kind, medium):
-    """A wide grey floor at z = -1 under 3 m x 3 m of a medium at z = 0 (None: of nothing), a slanting lamp, and an eye between."""
+    """A wide grey floor at z = -1 under 3 m x 3 m of a medium at z = 0 (or None), a slanting lamp, and an eye between."""
     stage = Stage("surface", (SIZE, SIZE), "nodes")
     stage.mesh("Floor", *shapes.rectangle((-9, -9), (9, 9), -1.0), surfaces.plain("Floor", (0.6, 0.5, 0.4)))
     if medium:
@@ -151,7 +151,9 @@ def test_the_gaussian_sun_and_the_disk_have_the_same_light(empty_file):
     for gaussian in (False, True):
         sun = lights.Sun((0.3, 0.2, -1.0), (2.0, 2.0, 2.0), 0.02, gaussian)
         for shot in sun.shots(target, 1000, 3, np.random.default_rng(0)):
-            assert shot.power[0] * np.prod(shot.size) == pytest.approx(2.0 * shot.width**2 * min(shot.size) / max(shot.size))
+            assert shot.power[0] * np.prod(shot.size) == pytest.approx(
+                2.0 * shot.width**2 * min(shot.size) / max(shot.size)
+            )
 
 
 def test_a_lamp_keeps_its_watts(empty_file):

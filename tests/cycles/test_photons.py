@@ -7,9 +7,9 @@ import bpy
 import numpy as np
 import pytest
 
-from nim_addon.cycles.material import interface_material
 from nim_addon.cycles.charts import charts_of
 from nim_addon.cycles.lights import Sun
+from nim_addon.cycles.material import interface_material
 from nim_addon.cycles.photons import Tracer
 from nim_addon.physics import Interface, Medium
 from nim_addon.scenes import shapes, surfaces

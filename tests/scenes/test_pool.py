@@ -420,7 +420,7 @@ def test_from_the_top_the_floor_is_magnified_as_snell_says(picture, liquid):
 def test_a_pool_built_again_has_no_caustics_of_the_last_one(empty_file):
     parameters = pool.PoolParameters.read(["sky=sunny"])
     scene = pool.build(parameters, "nodes")
-    pool.trace_caustics(scene, parameters, photons=1 << 13, texels=64, backend="nodes")
+    caustics.bake(scene, photons=1 << 13, texels=64)
     assert [thing for thing in scene.objects if thing.get(caustics.OWNER)]
     assert scene.objects["Basin"].hide_render
     again = pool.build(parameters, "nodes")

@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""For people: set up, render, test, make the scenes, the extension and the benchmarks. Standard library only.
+"""For people: set up, render, test, make the scenes, the extension, the pages and the benchmarks. Standard library only.
 
   python3 build.py render sphere       any nimray command: render, compare, figures, rays, verify, fresnel, info...
   python3 build.py test                run the tests (more words go to pytest)
-  python3 build.py scenes              write blend_scenes/*.blend and the asset library (some minutes)
+  python3 build.py scenes [sea...]     write blend_scenes/*.blend, the presets and the asset library (some minutes), or only
+                                       what is named: glass, pool, sphere, sea; or presets; or assets
   python3 build.py package             build and validate dist/nim_addon-X.Y.Z.zip with Blender's own tool
+  python3 build.py docs [--out DIR]    make the pages of docs/ as HTML, in dist/docs/ or DIR (needs no Blender)
   python3 build.py bench [glass|peers] print how fast it is, beside Blender's own Glass BSDF, Mitsuba 3 and POV-Ray
   python3 build.py setup               make the environment only; every other command does so when needed
 
@@ -17,6 +19,7 @@ import os
 import shutil
 import subprocess
 import sys
+import tempfile
 import tomllib
 from pathlib import Path
 
@@ -39,11 +42,11 @@ def main(words):
         print(__doc__.strip())
         return 0 if words else 2
     command, rest = words[0], words[1:]
-    known = {"setup": setup, "test": test, "scenes": scenes, "package": package, "bench": bench}
+    known = {"setup": setup, "test": test, "scenes": scenes, "package": package, "docs": docs, "bench": bench}
     if command not in known and command not in NIMRAY:
         return complain(f"there is no command {command!r}; the ones that exist are {', '.join([*known, *NIMRAY])}.")
     try:
-        python = environment(blender)
+        python = writing() if command == "docs" else environment(blender)
     except SetupError as error:
         return complain(str(error), 1)
     if command in NIMRAY:
@@ -80,16 +83,28 @@ def environment(blender):
     wanted = [f"bpy=={blender}.*" if need.startswith("bpy") else need for need in project["dependencies"]]
     wanted += [need for group in ("figures", "test") for need in project["optional-dependencies"][group]]
     folder = ROOT / (".venv" if blender == "4.5" else f".venv-{blender}")
+    return made(folder, wanted, lambda: interpreter(PYTHON[blender]), f"with Blender {blender} (once, about 400 MB)")
+
+
+def writing():
+    """The Python of .venv-docs, which makes the pages, made when missing or stale. There is no Blender in it."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    wanted = project["optional-dependencies"]["docs"]
+    return made(ROOT / ".venv-docs", wanted, lambda: sys.executable, "for the pages (once, about 200 MB)")
+
+
+def made(folder, wanted, finder, what):
+    """The Python of an environment with the packages `wanted`; `finder` finds the Python to make it with, if need be."""
     python = folder / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
     stamp = folder / "made-from"
     # a copied or moved environment is stale too: its scripts name the old place
     mark = hashlib.sha256(repr((wanted, str(folder))).encode()).hexdigest()
     if python.exists() and stamp.exists() and stamp.read_text() == mark:
         return python
-    print(f"build.py: making {folder.name} with Blender {blender} (once, about 400 MB)", file=sys.stderr, flush=True)
+    print(f"build.py: making {folder.name} {what}", file=sys.stderr, flush=True)
     shutil.rmtree(folder, ignore_errors=True)
     steps = (
-        [interpreter(PYTHON[blender]), "-m", "venv", folder],
+        [finder(), "-m", "venv", folder],
         [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *wanted],
     )
     for step in steps:
@@ -130,8 +145,11 @@ def test(python, rest):
 
 
 def scenes(python, rest):
-    """Write blend_scenes/*.blend, and the asset library that the extension brings along."""
-    return run(python, "blend_scenes/make.py", *rest) or run(python, "blend_scenes/make_assets.py", *rest)
+    """Write blend_scenes/*.blend, and the presets and assets that the extension brings along; or only what is named."""
+    if rest and rest[0] not in ("presets", "assets"):
+        return run(python, "blend_scenes/make.py", *rest)
+    makers = [f"make_{rest[0]}.py"] if rest else ["make.py", "make_presets.py", "make_assets.py"]
+    return max(run(python, f"blend_scenes/{name}", *rest[1:]) for name in makers)
 
 
 def package(python, rest):
@@ -153,6 +171,30 @@ def package(python, rest):
     return run(python, tool, "validate", staged) or run(
         python, tool, "build", "--source-dir", staged, "--output-dir", target
     )
+
+
+def docs(python, rest):
+    """Make the pages of docs/ as HTML; a warning, such as a link that leads nowhere, is an error."""
+    usual = target = ROOT / "dist" / "docs"
+    if rest:
+        if len(rest) != 2 or rest[0] != "--out":
+            return complain(f"docs {' '.join(rest)}: it takes nothing but --out DIR.")
+        target = Path(rest[1]).absolute()
+    with tempfile.TemporaryDirectory() as work:
+        page = Path(work, "html")
+        words = ("-b", "html", "-W", "--keep-going", "-q", "-d", Path(work, "read"))
+        if code := run(python, "-m", "sphinx", *words, ROOT / "docs", page):
+            return code
+        if target == usual:  # what is no page any more goes; another folder may hold what is not ours
+            shutil.rmtree(target, ignore_errors=True)
+        # what helps only the next run stays behind
+        leave = shutil.ignore_patterns(".buildinfo*")
+        try:
+            shutil.copytree(page, target, dirs_exist_ok=True, ignore=leave)
+        except OSError as error:
+            return complain(f"{target} cannot be written: {error}", 1)
+    print(target / "index.html")
+    return 0
 
 
 def bench(python, rest):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Write each scene, with its default parameters, to a .blend beside this file (or into the folder given).
+"""Write each scene, or only those named, with its default parameters to a .blend beside this file.
 
 In Blender's own nodes, so that any build and device can render them.
 """
@@ -16,11 +16,14 @@ os.environ["HOME"] = "/"
 import bpy
 
 from nim_addon.cycles.render import quiet
-from nim_addon.scenes import SCENES
+from nim_addon.scenes import SCENES, scene_type
 
-folder = Path(sys.argv[1] if len(sys.argv) > 1 else __file__).resolve()
-folder = folder if folder.is_dir() else folder.parent
-for kind in SCENES.values():
+folder = Path(__file__).resolve().parent
+try:
+    kinds = [scene_type(name) for name in sys.argv[1:] or SCENES]
+except ValueError as error:
+    sys.exit(f"make.py: {error}")
+for kind in kinds:
     # saved elsewhere and moved: a killed run leaves no half file, and a .blend records the path it was saved to
     with tempfile.TemporaryDirectory() as work, quiet():
         bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)

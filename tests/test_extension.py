@@ -92,7 +92,7 @@ image = bpy.data.images.load(sys.argv[2])
 values = [v for i, v in enumerate(image.pixels[:]) if i % 4 < 3]
 dark = sum(v < 1e-4 for v in values) / len(values)
 mean = sum(values) / len(values)
-assert 0.05 < mean < 5 and dark < 0.02, (mean, dark)
+assert 0.05 < mean < 5 and dark < float(sys.argv[3]), (mean, dark)
 print("rendered", bpy.app.version_string)
 """
 
@@ -143,11 +143,12 @@ def test_package_installs_enables_and_leaves_nothing(zipped, version, tmp_path):
     assert "installed" in done.stdout, done.stdout + done.stderr
 
 
-@pytest.mark.parametrize("name", ("glass", "pool", "sphere"))
-def test_blend_scenes_are_small_and_render_without_the_addon(name, tmp_path):
+# around Snell's window the open sea is nearly black: eight samples bring no light to many of its pixels
+@pytest.mark.parametrize(("name", "dark"), [("glass", 0.02), ("pool", 0.02), ("sphere", 0.02), ("sea", 0.5)])
+def test_blend_scenes_are_small_and_render_without_the_addon(name, dark, tmp_path):
     path = ROOT / "blend_scenes" / f"{name}.blend"
     assert path.stat().st_size < 1_000_000
-    done = plain_python(PLAIN, path, tmp_path / "out.exr", folder=tmp_path)
+    done = plain_python(PLAIN, path, tmp_path / "out.exr", dark, folder=tmp_path)
     assert "rendered" in done.stdout, done.stdout + done.stderr
 
 

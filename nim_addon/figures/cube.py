@@ -8,8 +8,8 @@ import numpy as np
 from ..scenes import SceneType, cube, surfaces
 from ..scenes.cube import HALF, INTERFACE, LIFT
 from .claims import Claim
+from .measure import measured
 from .recipes import Figure, Recipe
-from .sphere import measured
 
 CUBE = SceneType("cube", "a ball in a cube of glass under water", cube.CubeParameters, cube.build, cube.pose, "")
 ELEVATIONS = (55, 40, 25, 10)

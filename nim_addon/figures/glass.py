@@ -6,7 +6,7 @@ glass as cylinders and discs, without its rounded edges: the claims stay clear o
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import bpy
 import numpy as np
@@ -20,9 +20,8 @@ from ..scenes import shapes as meshes
 from ..scenes import surfaces
 from ..scenes.stage import Pose
 from .claims import Claim
-from .measure import blocks
+from .measure import compare, measured
 from .recipes import Figure, Recipe
-from .sphere import measured
 
 AIR, GLASS = MEDIA["air"], MEDIA["glass"]
 LIQUIDS = ("none", "water", "nim")
@@ -41,9 +40,13 @@ TOP = Pose(scene_of.pose(scene_of.GlassParameters(view="top")).eye, (0, 0, 0.065
 BEHIND = Pose(SIDE.eye, (0, 0, 0.050), 3.5, "VERTICAL")
 ZOOM = Pose(TOP.eye, (0.012, 0.013, 0.065), 6.6, "VERTICAL")
 
-FINE = 3  # rays in a pixel of a prediction, each way
-LEAST = 0.03  # energy of the faintest branch they follow: no feature here is that faint
-PROBE = ((96, 96), 64)
+# Pictures of one thing whose scatter decides how near render and prediction must come: of different noise, and traced by
+# other rays, GRID x GRID in a pixel in all, a power of two each way.
+SEEDS, GRID = 8, 4
+# The relative gap between a facet and the circle: a length in the render may be off by it.
+FACET = 1 - math.cos(math.pi / scene_of.SEGMENTS)
+LEAST = 0.03  # energy of the faintest branch that is traced: no feature here is that faint
+PROBE = ((96, 96), 8)
 
 # Radius of the part of the table that is painted where its magnification is measured.
 PAINTED = 0.060
@@ -61,6 +64,13 @@ def _only(scene, *names):
     scene.world = None
     for thing in scene.objects:
         thing.hide_render = thing.type == "MESH" and thing.name not in ("Glass", *names)
+
+
+def _direct(scene):
+    """Let nothing be seen by reflection: thousands of faint mirror images shift a mean that is to hold three digits."""
+    scene.cycles.glossy_bounces = 0
+    for thing in scene.objects:
+        thing.visible_glossy = False
 
 
 def _glow(name, paint):
@@ -104,6 +114,7 @@ def painted_straw(scene):
 def painted_table(scene):
     """The table near the glass shines with its own coordinates: red grows along x, green along y, blue is 1."""
     _only(scene, "Table")
+    _direct(scene)
 
     def paint(nodes, x, y, z):
         # what is far away is seen by reflection only, and would be nothing but noise
@@ -130,6 +141,7 @@ def painted_statues(scene):
 def painted_green(scene):
     """The green statue alone: red is where it shines, green grows from its left to its right, blue upwards."""
     _only(scene, "Green")
+    _direct(scene)
     thing = scene.objects["Green"]
     thing.modifiers.clear()
 
@@ -231,17 +243,25 @@ def _along_straw(points):
     return along, np.abs(across - scene_of.STRAW_RADIUS) < 1e-6
 
 
-def _traced(image, things, light, opaque_surface=False):
-    """The picture (H, W, 3) that a measured Image must show, where `light(ends)` (N, 3) shines from what rays land on."""
+def _traced(image, things, light, opaque_surface=False, branches=True):
+    """Pictures (GRID, H, W, 3) like a measured Image's, where `light(ends)` (N, 3) shines from what rays land on.
+
+    branches: whether to follow what is reflected too
+    """
 
     def radiance(ends, directions, landed):
         return np.where(landed[:, None], light(ends), 0)
 
-    traced = Shapes(*vessel(image.parameters.liquid, opaque_surface), *things)
-    width, height = (FINE * side for side in image.camera.size)
-    eye, directions = replace(image.camera, size=(width, height)).pixel_rays()
-    light_seen = picture(traced, radiance, eye, directions.reshape(-1, 3), bounces=8, least=LEAST)
-    return blocks(light_seen.reshape(height, width, 3), FINE)
+    traced, made = Shapes(*vessel(image.parameters.liquid, opaque_surface), *things), 0
+    for row in range(GRID):
+        # each picture has one ray in every row and one in every column, so their middle is the pixel's
+        offsets = [((column + 0.5) / GRID, (row + 0.5) / GRID) for column in np.arange(GRID) ^ row]
+        directions = np.stack([image.camera.pixel_rays(offset)[1] for offset in offsets])
+        seen = picture(
+            traced, radiance, image.camera.eye, directions.reshape(-1, 3), bounces=8, least=LEAST, branches=branches
+        )
+        made = made + seen.reshape(directions.shape) / GRID
+    return made
 
 
 def traced_side(image):
@@ -273,14 +293,16 @@ def traced_table(image):
         near = np.linalg.norm(ends[:, :2], axis=1) < PAINTED
         return np.stack([x, y, np.ones(len(ends))], axis=-1) * near[:, None]
 
-    return _traced(image, [Disc((0, 0, 0), (0, 0, 1), scene_of.TABLE_RADIUS)], light)
+    return _traced(image, [Disc((0, 0, 0), (0, 0, 1), scene_of.TABLE_RADIUS)], light, branches=False)
 
 
 def _solids(names):
     """The statues of those names as Solids, in world coordinates."""
     mesh = scene_of.statue_mesh("monkey")
     points = np.array([vertex.co for vertex in mesh.vertices])
-    faces = [tuple(face.vertices) for face in mesh.polygons]
+    # a bent quad is two triangles, and the way it is cut shows
+    mesh.calc_loop_triangles()
+    faces = [tuple(face.vertices) for face in mesh.loop_triangles]
     bpy.data.meshes.remove(mesh)
     made = []
     for name in names:
@@ -307,7 +329,7 @@ def traced_green(image):
         across = (ends[:, 0] - scene_of.STATUES["Green"][0][0]) / (2 * scene_of.STATUE_SIZE) + 0.5
         return np.stack([np.ones(len(ends)), across, ends[:, 2] / (2 * scene_of.STATUE_SIZE)], axis=-1)
 
-    return _traced(image, _solids(["Green"]), light)
+    return _traced(image, _solids(["Green"]), light, branches=False)
 
 
 # ------------------------------------------------------------------------------------------------ what is read off
@@ -435,80 +457,100 @@ def light_shares(pixels, camera, channel):
     )
 
 
+def _claim(text, predicted, measured, allowed, unit=""):
+    return Claim(text, predicted, measured, allowed + FACET * abs(predicted), unit)
+
+
 def measure_side(images):
     """The claims of figure 5.1."""
-    claims, columns = [], {}
+    claims = []
+    empty = images["side_none"]
+    camera, traced_empty = empty.camera, traced_side(empty)
+    scale = _scale(camera, (0, 0, LEVEL))
+
+    def straw_break(filled, bare):
+        return scale * np.nanmean(straw_columns(filled, camera) - straw_columns(bare, camera))
+
     for liquid in LIQUIDS:
         image = images[f"side_{liquid}"]
-        camera, pair = image.camera, (traced_side(image), image.pixels)
-        scale = _scale(camera, (0, 0, LEVEL))
-        tenth = 0.1 * scale  # of a pixel
-        columns[liquid] = [straw_columns(pixels, camera) for pixels in pair]
+        traced = traced_empty if liquid == "none" else traced_side(image)
+        pair = (traced,), (image.each,)
         if liquid != "none":
-            shifts = [np.nanmean(one - air) * scale for one, air in zip(columns[liquid], columns["none"], strict=True)]
+            shift = compare(straw_break, (traced, traced_empty), (image.each, empty.each))
             claims.append(
-                Claim(f"{NAMES[liquid]}: the straw breaks to the right by (left where negative)", *shifts, tenth, "mm")
+                _claim(f"{NAMES[liquid]}: the straw breaks to the right by (left where negative)", *shift, "mm")
             )
-        shares = [bottom_share(pixels, camera) for pixels in pair]
-        # the border of what is seen, off by a tenth of a pixel across the whole window
-        height = 1000 * (LEVEL - BASE - scene_of.INNER_EDGE)
+        share = compare(lambda pixels: bottom_share(pixels, camera), *pair)
         text = f"{NAMES[liquid]}: share of the side of the glass, up to the level, that shows the bottom"
-        claims.append(Claim(text, *shares, tenth / height))
+        claims.append(_claim(text, *share))
         if liquid != "none":
             for x in (0.0, 0.6):
-                depths = [lip_depth(pixels, camera, x) for pixels in pair]
+                depth = compare(lambda pixels, x=x: lip_depth(pixels, camera, x), *pair)
                 place = f"{x:g} radii off" if x else "in the middle"
                 text = f"{NAMES[liquid]}: depth of the lip, the surface seen from below, {place}"
-                claims.append(Claim(text, *depths, tenth, "mm"))
+                claims.append(_claim(text, *depth, "mm"))
+    return claims
+
+
+def measure_table(images):
+    """Those claims of figure 5.2 that are on the table: they hold the third digit of the index."""
+    claims = []
+    for liquid in LIQUIDS[1:]:
+        image = images[f"table_{liquid}"]
+
+        def magnification(pixels, image=image):
+            return table_magnification(pixels, image.camera, image.parameters.liquid)
+
+        larger = compare(magnification, (traced_table(image),), (image.each,))
+        for way, numbers in zip(("wider", "deeper"), larger, strict=True):
+            claims.append(
+                _claim(f"{NAMES[liquid]}: the table under the glass appears {way} than it is, times", *numbers)
+            )
     return claims
 
 
 def measure_top(images):
     """The claims of figure 5.2."""
-    claims = []
-    areas = {}
-    for liquid in LIQUIDS[1:]:
-        image = images[f"straw_{liquid}"]
-        pair = traced_straw(image), image.pixels
-        for name, piece in PIECES.items():
-            areas[liquid, name] = [piece_area(pixels, image.camera, piece) for pixels in pair]
-        image = images[f"table_{liquid}"]
-        pair = traced_table(image), image.pixels
-        larger = [table_magnification(pixels, image.camera, image.parameters.liquid) for pixels in pair]
-        for axis, way in enumerate(("wider", "deeper")):
-            text = f"{NAMES[liquid]}: the table under the glass appears {way} than it is, times"
-            claims.append(Claim(text, *(one[axis] for one in larger), 0.01))
-    ratios = {}
-    for name in PIECES:
-        ratios[name] = [nim / water for nim, water in zip(areas["nim", name], areas["water", name], strict=True)]
-        # either area is known to some two pixels in a hundred: ends of a piece that fall into a pixel
-        claims.append(Claim(f"the straw {name}: its area in the NIM, times that in water", *ratios[name], 0.06))
-    low, high = ratios.values()
-    claims.append(
-        Claim(
-            "the straw is larger the deeper it is: those two, one by the other", low[0] / high[0], low[1] / high[1], 0.1
+    nim, water = (images[f"straw_{liquid}"] for liquid in ("nim", "water"))
+
+    def ratios(in_nim, in_water):
+        low, high = (
+            piece_area(in_nim, nim.camera, piece) / piece_area(in_water, water.camera, piece)
+            for piece in PIECES.values()
         )
-    )
-    return claims
+        return low, high, low / high
+
+    larger = compare(ratios, (traced_straw(nim), traced_straw(water)), (nim.each, water.each))
+    texts = [f"the straw {name}: its area in the NIM, times that in water" for name in PIECES]
+    texts.append("the straw is larger the deeper it is: those two, one by the other")
+    straw_claims = [_claim(text, *numbers) for text, numbers in zip(texts, larger, strict=True)]
+    return straw_claims + measure_table(images)
 
 
 def measure_statues(images):
     """The claims of figure 5.5."""
     claims = []
     image = images["statues_nim"]
-    pair = traced_statues(image), image.pixels
+    traced = traced_statues(image)
     for channel, name in ((0, "red, in front on the left"), (2, "blue, in front on the right"), (1, "green, behind")):
-        (right, off), (seen_right, seen_off) = (light_shares(pixels, image.camera, channel) for pixels in pair)
+
+        def shares(pixels, channel=channel):
+            return light_shares(pixels, image.camera, channel)
+
+        right, off = compare(shares, (traced,), (image.each,))
         start = f"NIM: share of the light of the {name},"
-        claims.append(Claim(f"{start} that comes from further out than half the radius", off, seen_off, 0.02))
-        claims.append(Claim(f"{start} that comes from the right half", right, seen_right, 0.04))
+        claims.append(_claim(f"{start} that comes from further out than half the radius", *off))
+        claims.append(_claim(f"{start} that comes from the right half", *right))
     for liquid in LIQUIDS[1:]:
         image = images[f"green_{liquid}"]
-        larger = [statue_magnification(pixels, image.camera) for pixels in (traced_green(image), image.pixels)]
-        for axis, way in enumerate(("width", "height")):
+
+        def magnification(pixels, camera=image.camera):
+            return statue_magnification(pixels, camera)
+
+        larger = compare(magnification, (traced_green(image),), (image.each,))
+        for way, numbers in zip(("width", "height"), larger, strict=True):
             text = f"{NAMES[liquid]}: {way} of the green statue in the middle, negative where flipped, times its own"
-            wanted, found = (one[axis] for one in larger)
-            claims.append(Claim(text, wanted, found, 0.03 * abs(wanted)))
+            claims.append(_claim(text, *numbers))
     return claims
 
 
@@ -521,7 +563,7 @@ def _shown(name, settings, captions, pose=None):
             f"{name}_{liquid}",
             "glass",
             (f"liquid={liquid}", *settings),
-            draft=((320, 320), 48),
+            draft=((240, 240), 32),
             final=((800, 800), 96),
             pose=pose,
             caption=captions.format(NAMES[liquid]),
@@ -530,15 +572,16 @@ def _shown(name, settings, captions, pose=None):
     )
 
 
-def _probe(name, settings, change, pose, liquids):
+def _probe(name, settings, change, pose, liquids, draft=PROBE):
     return tuple(
         Recipe(
             f"{name}_{liquid}",
             "glass",
             (f"liquid={liquid}", *settings),
-            draft=PROBE,
+            draft=draft,
             change=change,
             pose=pose,
+            seeds=SEEDS,
             shown=False,
         )
         for liquid in liquids
@@ -574,7 +617,7 @@ FIGURES = (
         ),
         _shown("glass", ("view=top",), "{}")
         + _shown("zoom", ("view=top",), "{}, closer", ZOOM)
-        + _probe("straw", ("view=top",), painted_straw, TOP, _BOTH)
+        + _probe("straw", ("view=top",), painted_straw, TOP, _BOTH, ((144, 144), 8))
         + _probe("table", ("view=top", "straw=off"), painted_table, TOP, _BOTH),
         measure_top,
         columns=3,

@@ -14,9 +14,8 @@ from ..physics import Interface
 from ..scenes import pool, surfaces
 from ..scenes.stage import Pose
 from .claims import Claim
-from .measure import blocks
+from .measure import blocks, measured
 from .recipes import Figure, Recipe
-from .sphere import measured
 
 # The eye of the measurements under water looks straight up; half a turn of its picture is a turn about the vertical.
 EYE = (0.0, 0.35, pool.FLOOR + 0.3)

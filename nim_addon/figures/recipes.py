@@ -21,7 +21,7 @@ class Recipe:
     settings: texts "key=value", as `nimray render --set` takes them
     draft:    size (width, height) in pixels, and samples, at that quality
     final:    the same; as the draft where left out, which is right for what is only measured
-    change:   None, or a function of the built bpy.types.Scene that changes it; its name is part of the image's record
+    change:   None, or a function of the built bpy.types.Scene that changes it; its code is part of the image's record
     pose:     None, or a scenes.stage.Pose in place of the scene's own
     seeds:    how many renders of different noise
     shown:    whether it is a part of the sheet, or only measured

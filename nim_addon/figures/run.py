@@ -2,8 +2,8 @@
 """Making a figure: its images, as far as they are not there yet, its sheet, its claims, and the index beside them."""
 
 import contextlib
+import functools
 import hashlib
-import inspect
 import json
 import os
 import shutil
@@ -22,6 +22,8 @@ from ..scenes.stage import aim
 from . import index
 from .measure import Camera
 from .recipes import Image
+
+PACKAGE = Path(__file__).resolve().parents[1]
 
 
 def make(figure, folder, quality="draft", *, backend="auto", showing=None):
@@ -92,13 +94,16 @@ def _plain(value):
     return value if isinstance(value, str) else float(value)
 
 
-def _code():
-    """A mark of all code that decides what an image looks like: with other code it is rendered again."""
-    here = Path(__file__).resolve().parents[1]
-    text = [
-        file.read_bytes() for part in ("physics", "cycles", "scenes") for file in sorted((here / part).glob("*.py"))
-    ]
+@functools.cache  # the code that runs is the one that was there first
+def _code(*parts):
+    """A mark of the code in some folders of PACKAGE: an image that other code made is rendered again."""
+    text = [file.read_bytes() for part in parts for file in sorted((PACKAGE / part).glob("*.py"))]
     return hashlib.sha256(b"".join([*text, script_node.shader_source().encode()])).hexdigest()[:16]
+
+
+def _change(function):
+    """A mark of a recipe's change: its name and all code of the figures, as it may call any of it."""
+    return None if function is None else f"{function.__qualname__} {_code('figures')}"
 
 
 def _image(recipe, folder, quality, backend, showing):
@@ -122,8 +127,8 @@ def _image(recipe, folder, quality, backend, showing):
             "backend": backend,
             "blender": bpy.app.version_string,
             "pose": [pose.eye, pose.target, pose.field_of_view, pose.fit],
-            "change": _source(recipe.change),
-            "code": _code(),
+            "change": _change(recipe.change),
+            "code": _code("physics", "cycles", "scenes"),
         }
         wanted = json.loads(json.dumps(wanted))  # as it comes back from a file
         file = folder / f"{name}.exr"
@@ -158,10 +163,6 @@ def _discard(scene):
     """Remove a scene and its objects: what a recipe changed in it must not reach the next one, nor must its names."""
     bpy.data.batch_remove([*scene.collection.all_objects, *scene.collection.children_recursive])
     bpy.data.scenes.remove(scene)
-
-
-def _source(change):
-    return None if change is None else hashlib.sha256(inspect.getsource(change).encode()).hexdigest()[:16]
 
 
 def _can_denoise():

@@ -8,9 +8,9 @@ import numpy as np
 from ..physics import Interface
 from ..scenes import sea
 from .claims import Claim
+from .measure import measured
 from .pool import _glow, _paint, _sky, _thing, window_radius
 from .recipes import Figure, Recipe
-from .sphere import measured
 
 SECTORS = 24
 # Less of the sky's light than this is no window: within a hundredth of a degree of its edge.

@@ -18,7 +18,7 @@ from ..scenes import sphere as scene_of
 from ..scenes import surfaces
 from ..scenes.stage import Pose
 from .claims import Claim
-from .measure import block_scores, impact, smooth
+from .measure import block_scores, impact, measured, smooth
 from .recipes import Figure, Recipe
 
 ALONE = (1.5, -1.5, -1.33, -1.025)
@@ -39,20 +39,6 @@ PROBE_POSE = Pose(EYE, scene_of.CENTER, 18)
 
 
 # ------------------------------------------------------------------------------------------------ changes to the scene
-
-
-def measured(scene):
-    """Set up a bpy.types.Scene to be measured: a pixel is the mean over its own square.
-
-    Cycles puts the first sample of every pixel at its centre, for every seed; so the render begins at the second one.
-    """
-    scene.cycles.pixel_filter_type = "BOX"
-    scene.cycles.filter_width = 1.0
-    scene.cycles.sample_offset = 1
-    if hasattr(scene.cycles, "use_sample_subset"):  # from 4.5
-        scene.cycles.use_sample_subset = True
-        scene.cycles.sample_subset_length = scene.cycles.samples
-        scene.cycles.samples *= 4
 
 
 def unlit(scene):
@@ -121,7 +107,7 @@ def predicted_unlit(parameters, camera, count=PASSES):
         cells = np.floor((ends[:, :2] - scene_of.JOINT) / scene_of.TILE).sum(axis=1)
         ground = np.where((cells % 2 == 0)[:, None], scene_of.LIGHT, scene_of.DARK)
         within = (np.abs(ends[:, :2] - scene_of.JOINT) < scene_of.GROUND).all(axis=1)
-        light = np.where((landed & within)[:, None], ground, _sky(directions))
+        light = np.where((landed & within)[:, None], ground, _sky(parameters, directions))
         for one in scene_of.COMPANIONS if parameters.companions else ():
             light[landed & _on_ball(ends, one)] = one.color
         return light
@@ -129,10 +115,11 @@ def predicted_unlit(parameters, camera, count=PASSES):
     return passes(shapes, radiance, camera, count)
 
 
-def _sky(directions):
-    towards, tone, width = scene_of.GLOW
+def _sky(parameters, directions):
+    towards, tone, width = scene_of.glow(parameters)
+    towards = towards / np.linalg.norm(towards)
     elevation = np.maximum(np.arcsin(np.clip(directions[:, 2], -1, 1)) / (math.pi / 2), 0)[:, None]
-    angle = np.arccos(np.clip(directions @ np.asarray(towards), -1, 1))
+    angle = np.arccos(np.clip(directions @ towards, -1, 1))
     glow = np.exp(-np.square(angle / math.radians(width)))[:, None] * tone
     return (1 - elevation) * scene_of.HORIZON + elevation * np.asarray(scene_of.ZENITH) + glow
 

@@ -6,21 +6,21 @@ import numpy as np
 from .rays import Fate, trace
 
 
-def picture(surfaces, radiance, eye, directions, *, bounces=40, least=1e-5, batch=50_000):
+def picture(surfaces, radiance, eye, directions, *, bounces=40, least=1e-5, branches=True, batch=50_000):
     """What an eye sees along some rays.
 
     surfaces:   as trace() takes them; what has no interface is opaque and shines
     radiance:   function of where rays end (N, 3), their unit directions (N, 3) and whether they land there or escape
                 (N,) that returns the light (N, C) which comes from there
     eye:        (3,); directions: (N, 3), of any length but zero
-    bounces, least: as trace() takes them; what is not followed comes back as missing light
+    bounces, least, branches: as trace() takes them; what is not followed comes back as missing light
     batch:      how many rays are followed at once
     Returns (N, C).
     """
     parts = []
     for start in range(0, len(directions), batch):
         rays = directions[start : start + batch]
-        paths = trace(surfaces, eye, rays, bounces=bounces, least=least, most=10**9)
+        paths = trace(surfaces, eye, rays, bounces=bounces, least=least, branches=branches, most=10**9)
         ends = (paths.fate == Fate.LANDED) | (paths.fate == Fate.ESCAPED)
         light = radiance(paths.end[ends], paths.direction[ends], paths.fate[ends] == Fate.LANDED)
         share = paths.energy[ends, None] * light

@@ -100,7 +100,7 @@ def test_other_code_renders_again_and_another_version_is_kept(
 ):
     figure = Figure("9.9", "", "", (), recipes()[:1])
     run.make(figure, tmp_path)
-    monkeypatch.setattr(run, "_code", lambda: "other")
+    monkeypatch.setattr(run, "_code", lambda *parts: "other")
     run.make(figure, tmp_path)
     assert rendered == ["one", "one"]
     monkeypatch.setattr(run, "VERSION", "9.0")
@@ -113,6 +113,20 @@ def test_other_code_renders_again_and_another_version_is_kept(
         run.make(figure, tmp_path)
     one_sentence(caught.value, "one.exr", "name another folder")
     assert {file: file.read_bytes() for file in tmp_path.rglob("*.*") if file.is_file()} == before
+
+
+def test_what_a_change_may_call_is_part_of_its_record(tmp_path, empty_file, rendered, monkeypatch):
+    figure = Figure("9.9", "", "", (), recipes()[1:])
+    (tmp_path / "figures").mkdir()
+    helper = tmp_path / "figures" / "helper.py"
+    monkeypatch.setattr(run, "PACKAGE", tmp_path)
+    for text in ("a", "a", "b"):
+        helper.write_text(text)
+        run._code.cache_clear()
+        run.make(figure, tmp_path / "out")
+    run._code.cache_clear()
+    # an image that nothing is changed for stays
+    assert rendered == ["two", "dark.0", "dark.1", "dark.0", "dark.1"]
 
 
 def test_the_exr_keeps_the_noise_that_the_png_has_not(tmp_path, empty_file):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from nim_addon.figures import sphere
-from nim_addon.figures.measure import Camera, block_scores, blocks, impact
+from nim_addon.figures.measure import STANDARD_ERRORS, Camera, block_scores, blocks, compare, estimate, impact
 from nim_addon.physics import Interface
 from nim_addon.physics.rays import Fate, Shapes, Sphere, trace
 from nim_addon.scenes import sphere as scene_of
@@ -94,6 +94,23 @@ def test_the_scores_of_noise_are_as_expected():
     assert rms(scores) == pytest.approx(expected, rel=0.05)
     shifted, _ = block_scores(random.normal(0.5, 1, (8, 256, 256, 3)), random.normal(0, 2, (12, 256, 256, 3)))
     assert rms(shifted) > 2 * expected
+
+
+def test_the_standard_error_of_a_statistic_is_the_scatter_it_has():
+    random = np.random.default_rng(2)
+    worlds = random.normal(5, 1, (400, 8, 6, 6, 2))
+
+    def ratio(pixels):
+        return pixels[..., 0].mean() / pixels[..., 1].mean()
+
+    values, errors = np.transpose([estimate(ratio, stack) for stack in worlds])
+    assert np.sqrt(np.mean(np.square(errors))) == pytest.approx(values.std(), rel=0.1)
+    # two stacks of the same noise, left out together
+    difference, error = estimate(lambda one, other: one.mean() - other.mean(), worlds[0], worlds[0] + 1)
+    assert difference == pytest.approx(-1) and error == pytest.approx(0, abs=1e-12)
+    predicted, measured, allowed = compare(ratio, (worlds[0],), (worlds[1],))
+    assert (predicted, measured) == (values[0], values[1])
+    assert allowed == pytest.approx(STANDARD_ERRORS * math.hypot(errors[0], errors[1]))
 
 
 def test_blocks_and_camera():

@@ -10,3 +10,4 @@ settings.view = "top"
 settings.straw = True
 settings.figures = "none"
 settings.figures_file = ""
+settings.sun_angle = 24.0

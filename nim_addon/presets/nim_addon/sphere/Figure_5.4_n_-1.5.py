@@ -6,3 +6,4 @@ settings.n = -1.5
 settings.mu = -1.0
 settings.use_mu = False
 settings.companions = False
+settings.sun_angle = 16.0

@@ -6,3 +6,4 @@ settings.n = -4.1
 settings.mu = -1.0
 settings.use_mu = False
 settings.companions = True
+settings.sun_angle = 16.0

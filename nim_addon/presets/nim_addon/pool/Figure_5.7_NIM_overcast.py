@@ -2,12 +2,13 @@
 import bpy
 
 settings = bpy.context.scene.nim_scenes.pool
-settings.liquid = "water"
+settings.liquid = "nim"
 settings.liquid_n = -1.33
 settings.mu = -1.0
 settings.use_mu = False
 settings.view = "window"
 settings.sky = "overcast"
-settings.sun_angle = 5.0
+settings.sun_angle = 0.53
 settings.waves = 0.02
 settings.seed = 1
+settings.time = 0.0

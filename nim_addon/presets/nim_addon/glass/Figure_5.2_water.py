@@ -2,7 +2,7 @@
 import bpy
 
 settings = bpy.context.scene.nim_scenes.glass
-settings.liquid = "none"
+settings.liquid = "water"
 settings.liquid_n = -1.33
 settings.liquid_mu = -1.0
 settings.use_liquid_mu = False
@@ -10,3 +10,4 @@ settings.view = "top"
 settings.straw = True
 settings.figures = "none"
 settings.figures_file = ""
+settings.sun_angle = 24.0

@@ -2,11 +2,12 @@
 import bpy
 
 settings = bpy.context.scene.nim_scenes.glass
-settings.liquid = "water"
+settings.liquid = "none"
 settings.liquid_n = -1.33
 settings.liquid_mu = -1.0
 settings.use_liquid_mu = False
-settings.view = "side"
+settings.view = "top"
 settings.straw = True
-settings.figures = "monkey"
+settings.figures = "none"
 settings.figures_file = ""
+settings.sun_angle = 24.0

@@ -19,7 +19,7 @@ import numpy as np
 from . import charts, lights
 from .density import Density, layout
 from .material import empty_tree, interface_nodes
-from .photons import ATTRIBUTE, HIDDEN, OWNER, SURFACES, Landed, Tracer, is_rendered, lands, mirrors_of
+from .photons import ATTRIBUTE, HIDDEN, OWNER, SURFACES, Landed, Tracer, is_rendered, lands, mirrors_of, set_materials
 
 DIGEST = "nim_caustics_of"  # of the collection: digest() of the scene that was traced
 MULTIPLE = "nim_caustics_multiple"  # of a lamp: whether it was found by chance too; of a sky: how it was sampled
@@ -162,9 +162,7 @@ class Bake:
         height, width = texture.shape
         for part in (part for part in self.tracer.parts if part.name == name):
             mesh = part.mesh.copy()
-            mesh.materials.clear()
-            for material in part.materials:
-                mesh.materials.append(material)
+            set_materials(mesh, part.materials)
             mesh.attributes.remove(mesh.attributes[ATTRIBUTE])
             for back, (uv, low, high) in enumerate(SIDES):
                 windows = {side // 2: window for side, window in texture.windows.items() if side % 2 == back}

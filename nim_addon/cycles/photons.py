@@ -136,9 +136,9 @@ class Tracer:
             self._mark(mesh, matrix, lands_here, thing.original.name)
         else:
             lands_here = [False] * len(lands_here)
-        mesh.materials.clear()
-        for bend, land in zip(bending, lands_here, strict=True):
-            mesh.materials.append(bend or (self.shine if land else self.dark))
+        set_materials(
+            mesh, [b or (self.shine if land else self.dark) for b, land in zip(bending, lands_here, strict=True)]
+        )
         copy = bpy.data.objects.new("NIM photons", mesh)
         copy.matrix_world = matrix
         self.scene.collection.objects.link(copy)
@@ -342,6 +342,15 @@ class Tracer:
         high = np.array([one.high for one in self.charts])[side // 2]
         place = low + (pixels[:, :2] - 1) * np.maximum(high - low, 1e-9)
         return Landed(side, place, power, share)
+
+
+def set_materials(mesh, materials):
+    """Give a mesh as many materials as it has, or one where it has none; clearing them would forget each face's."""
+    for index, material in enumerate(materials):
+        if index < len(mesh.materials):
+            mesh.materials[index] = material
+        else:
+            mesh.materials.append(material)
 
 
 def _since(before):

@@ -116,3 +116,19 @@ def test_charts_join_what_looks_the_same_way_and_touches():
     number, axes = charts_of(vertices, faces, np.tile((0, 0, 1), (len(faces), 1)))
     assert len(axes) == 2 and list(axes) == [4, 4]
     assert len(set(number[: len(faces) // 2])) == 1
+
+
+def test_faces_keep_their_own_material(empty_file):
+    """Light lands on one half of a floor; the other half only shines, and takes none."""
+    scene = stage_of(Medium(1.0), "nodes")
+    floor = scene.objects["Floor"].data
+    floor.clear_geometry()
+    floor.from_pydata([(x, y, -1) for y in (-9, 9) for x in (-9, 0, 9)], [], [(0, 1, 4, 3), (1, 2, 5, 4)])
+    shining = bpy.data.materials.new("Shining")
+    nodes = surfaces.Nodes(shining)
+    nodes.add("ShaderNodeOutputMaterial", inputs={"Surface": nodes.add("ShaderNodeEmission").outputs[0]})
+    floor.materials.append(shining)
+    floor.polygons[1].material_index = 1
+    _, place, _ = landed(scene, Sun((0, 0, -1), (1, 1, 1), 0.0))
+    assert len(place) == pytest.approx(4 * SIDE**2 / 2, rel=0.02)
+    assert place[:, 0].max() < 0.001

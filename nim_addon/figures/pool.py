@@ -10,11 +10,12 @@ import math
 import bpy
 import numpy as np
 
+from ..cycles import lights
 from ..physics import Interface
 from ..scenes import pool, surfaces
 from ..scenes.stage import Pose
 from .claims import Claim
-from .measure import blocks, measured
+from .measure import blocks, compare, measured
 from .recipes import Figure, Recipe
 
 # The eye of the measurements under water looks straight up; half a turn of its picture is a turn about the vertical.
@@ -22,8 +23,8 @@ EYE = (0.0, 0.35, pool.FLOOR + 0.3)
 STRAIGHT_UP = Pose(EYE, (0.0, 0.351, 0.0), 108, "VERTICAL")
 # A basin's place is coded as 1/2 + place / CODE, which lies between 0 and 1.
 CODE = 16.0
-# The sun of the measured caustics, in degrees: a wide one is found by chance more often.
-WIDE_SUN = 10.0
+# The suns of the measured caustics, in degrees: a wide one is found by chance often enough, the real one is traced.
+SUNS = {"found": 10.0, "traced": 0.53}
 # From above the floor, under the liquid, straight down.
 STRAIGHT_DOWN = Pose((0.0, 0.0, -0.3), (0.0, 0.001, pool.FLOOR), 90, "VERTICAL")
 # Two balls in the air, where the parasol's cloth and the tree's crown are: centre and radius.
@@ -79,8 +80,15 @@ def sun_on_white(scene):
     basin.materials[0] = surfaces.plain("White", (1, 1, 1))
     basin.materials[1] = _glow("Black")
     scene.cycles.diffuse_bounces = 1
-    scene.world = surfaces.sky("Sun", (0, 0, 0), (0, 0, 0), glow=pool.sun(WIDE_SUN))
+    width = math.degrees(lights.sun_of(scene).angle)
+    scene.world = surfaces.sky("Sun", (0, 0, 0), (0, 0, 0), glow=pool.sun(width))
     scene.world.cycles.sampling_method = "NONE"  # shadow rays end at the liquid
+
+
+def traced_on_white(scene):
+    """The same for photons: what the floor shines with is the first time that light leaves it."""
+    sun_on_white(scene)
+    scene.cycles.diffuse_bounces = 0
 
 
 def _bare(scene, kept=("Liquid", "Basin")):
@@ -214,14 +222,14 @@ class Waves:
         return np.where(onward[..., 2:] < 0, _wall(start, onward), np.nan)
 
 
-def caustics(parameters, width, reach, cells, side=1400):
+def caustics(parameters, reach, cells, side=1400, seed=0):
     """What the sun alone brings to the middle of the floor: irradiance (cells, cells), its red channel, rows from +y.
 
     Divided by n^2: Cycles leaves radiance as it is at an interface, where it grows by n^2 into the liquid. It is the same
     for all that an eye in the liquid sees, sky and floor.
-    Light goes from the sun, `width` degrees wide, through side x side points of the waves to the floor, -reach to reach.
+    Light goes from the sun through side x side points of the waves to the floor, -reach to reach.
     """
-    random = np.random.default_rng(0)
+    random = np.random.default_rng(seed)
     # of the length no more than can send light there
     edge = 0.999 * np.minimum(pool.HALF, reach + 1.5)
     count = side**2
@@ -229,7 +237,7 @@ def caustics(parameters, width, reach, cells, side=1400):
     x, y = edge[:, None] * (2 * (np.indices((side, side)).reshape(2, -1) + random.random((2, count))) / side - 1)
     height, normal = Waves(parameters).at(x, y)
     # a Gaussian of the angle, about the sun's direction
-    angle = np.radians(width / 2) * np.sqrt(-np.log(1 - random.random(count)))
+    angle = np.radians(parameters.sun_angle / 2) * np.sqrt(-np.log(1 - random.random(count)))
     turn = random.uniform(0, 2 * np.pi, count)
     level = np.cross(pool.SUN, (0, 0, 1)) / np.linalg.norm(np.cross(pool.SUN, (0, 0, 1)))
     steep = np.cross(level, pool.SUN)
@@ -420,26 +428,25 @@ def measure_outside(images):
 
 def measure_sunny(images):
     """The claims of figure 5.9."""
-    pairs = {name: (images[f"{key}_floor"], images[f"{key}_blanket"]) for key, name in LIQUIDS.items()}
-    return [claim for name, pair in pairs.items() for claim in _sunny_claims(name, *pair)]
+    return [claim for key, name in LIQUIDS.items() for claim in _sunny_claims(key, name, images)]
 
 
-def _sunny_claims(name, floor, basin):
-    wanted = caustics(floor.parameters, WIDE_SUN, REACH, CELLS)
-    each = [on_floor(pixels, floor.camera, REACH, CELLS) for pixels in floor.each]
-    found = np.mean(each, axis=0)
-    everywhere = np.ones_like(found, bool)
-    # two noisy pictures of one thing are alike by r, so their mean and the thing itself by sqrt(2 r / (1 + r))
-    r = coincidence(each[0], each[1], everywhere)
-    alike = math.sqrt(max(2 * r / (1 + r), 0)), coincidence(found, wanted, everywhere)
-    caustic = f"{name}: the caustics on the floor, rendered and traced from the sun"
-    mean = wanted.mean(), found.mean()
-    claims = [
-        Claim(f"{name}: irradiance of the floor by the sun, mean", *mean, 0.03 * wanted.mean(), "W/m2"),
-        Claim(f"{caustic}: likeness, as far as noise allows", *alike, 0.05),
-        # four standard errors, with water
-        Claim(f"{caustic}: contrast of one in the other's", 1.0, slope(found, wanted), 0.12),
-    ]
+def _sunny_claims(key, name, images):
+    claims = []
+    for way, width in SUNS.items():
+        floor = images[f"{key}_{way}"]
+        wanted = np.stack([caustics(floor.parameters, REACH, CELLS, seed=seed) for seed in range(4)])
+        found = np.stack([on_floor(pixels, floor.camera, REACH, CELLS) for pixels in floor.each])
+        of_all = wanted.mean(axis=0)
+        mean, contrast = compare(lambda cells, of_all=of_all: (cells.mean(), slope(cells, of_all)), (wanted,), (found,))
+        what = f"{name}, a sun of {width:g} degrees, {way}"
+        claims.append(Claim(f"{what}: irradiance of the floor, mean", *mean, "W/m2"))
+        if way == "traced":
+            # its noise is so small that the surface shows, bilinear there and triangles here, and that a kernel spreads
+            # each photon over a tenth of a cell or so
+            mean, contrast = (*mean[:2], mean[2] + 0.001 * mean[0]), (*contrast[:2], contrast[2] + 0.02)
+        claims.append(Claim(f"{what}: contrast of its caustics in those that numpy traces", *contrast))
+    basin = images[f"{key}_blanket"]
     place = Waves(basin.parameters).mirrored_place(basin.camera)
     radius, angle = window_radius(basin.parameters.liquid), off_vertical(basin.camera)
     # beyond what the waves' slopes let through
@@ -462,12 +469,12 @@ def on_floor(pixels, camera, reach, cells):
 UP = ((256, 256), 16)
 
 
-def _measured(name, change, *settings, pose=None, draft=UP, seeds=1):
-    return Recipe(name, "pool", settings, draft=draft, change=change, pose=pose, seeds=seeds, shown=False)
+def _measured(name, change, *settings, draft=UP, **more):
+    return Recipe(name, "pool", settings, draft=draft, change=change, shown=False, **more)
 
 
-def _shown(name, caption, *settings, draft=((360, 240), 32), final=((1296, 864), 64)):
-    return Recipe(name, "pool", settings, draft=draft, final=final, caption=caption)
+def _shown(name, caption, *settings, draft=((360, 240), 32), final=((1296, 864), 64), photons=None):
+    return Recipe(name, "pool", settings, draft=draft, final=final, photons=photons, caption=caption)
 
 
 def _pairs(settings, caption, **frames):
@@ -476,6 +483,10 @@ def _pairs(settings, caption, **frames):
         _shown(key, caption.format(name=name), f"liquid={key}", "view=window", *settings, **frames)
         for key, name in LIQUIDS.items()
     )
+
+
+def _lit(key, way):
+    return f"liquid={key}", "waves=0.05", "sky=sunny", f"sun_angle={SUNS[way]:g}"
 
 
 TOP_EYE = pool.pose(pool.PoolParameters(view="top")).eye[2]
@@ -539,26 +550,35 @@ FIGURES = (
     Figure(
         "5.9",
         "The pool on a sunny day, with water and with a NIM",
-        "The same eye, in the sun. The waves gather its light into bright bands on the floor, and the blanket shows them a "
-        "second time, mirrored. A NIM bends the light otherwise, and more strongly, so the two patterns differ. The sun is "
-        "5 degrees wide here, not half of one: the bands are softer than a real sun's.",
+        "Above the same eye, in the sun, which is as narrow as the real one; below the pool from the top. The waves gather "
+        "the light into webs on floor and walls, and the blanket shows them a second time, mirrored. A NIM bends the light the other way and by seven times as much, "
+        "so its webs are sharp and close where water's are wide and faint.",
         (
-            "The caustics on the floor are those that rays from the sun make in the same waves.",
+            "The caustics on the floor are those that rays from the sun make in the same waves: in a sun so wide that the "
+            "path tracer finds it by chance, and in the real one, traced from the light.",
             "The blanket mirrors the floor, each place where the waves' slopes put it.",
         ),
         (
-            *_pairs(("sky=sunny", "waves=0.04"), "{name}, sunny", draft=((360, 240), 96), final=((1296, 864), 512)),
+            *_pairs(("sky=sunny", "waves=0.04"), "{name}, sunny", photons=(1 << 20, 1 << 24)),
             *(
-                _measured(
-                    f"{key}_floor",
-                    sun_on_white,
+                _shown(
+                    f"{key}_top",
+                    f"{name}, sunny, from the top",
                     f"liquid={key}",
-                    "waves=0.05",
-                    pose=STRAIGHT_DOWN,
-                    draft=((64, 64), 256),
-                    seeds=2,
+                    "view=top",
+                    "sky=sunny",
+                    "waves=0.04",
+                    photons=(1 << 20, 1 << 24),
                 )
+                for key, name in LIQUIDS.items()
+            ),
+            *(
+                _measured(f"{key}_{way}", change, *_lit(key, way), pose=STRAIGHT_DOWN, **more)
                 for key in LIQUIDS
+                for way, change, more in (
+                    ("found", sun_on_white, {"draft": ((64, 64), 256), "seeds": 8}),
+                    ("traced", traced_on_white, {"draft": ((128, 128), 16), "seeds": 4, "photons": (1 << 19, 1 << 19)}),
+                )
             ),
             *(
                 _measured(f"{key}_blanket", basin_of_places, f"liquid={key}", "view=window", pose=STRAIGHT_UP)
@@ -566,6 +586,7 @@ FIGURES = (
             ),
         ),
         measure_sunny,
+        columns=2,
     ),
     Figure(
         "5.10",

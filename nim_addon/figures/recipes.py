@@ -23,6 +23,7 @@ class Recipe:
     final:    the same; as the draft where left out, which is right for what is only measured
     change:   None, or a function of the built bpy.types.Scene that changes it; its code is part of the image's record
     pose:     None, or a scenes.stage.Pose in place of the scene's own
+    photons:  how many photons bring the caustics, at draft and at final quality; None: they are found by chance
     seeds:    how many renders of different noise
     shown:    whether it is a part of the sheet, or only measured
     caption:  one line on it
@@ -35,6 +36,7 @@ class Recipe:
     final: tuple | None = None
     change: Callable | None = None
     pose: tuple | None = None
+    photons: tuple | None = None
     seeds: int = 1
     shown: bool = True
     caption: str = ""

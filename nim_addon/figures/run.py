@@ -15,7 +15,7 @@ import bpy
 import numpy as np
 
 from .. import __version__ as VERSION
-from ..cycles import montage, render, script_node
+from ..cycles import caustics, montage, render, script_node
 from ..cycles.material import resolve
 from ..scenes import scene_type
 from ..scenes.stage import aim
@@ -24,6 +24,8 @@ from .measure import Camera
 from .recipes import Image
 
 PACKAGE = Path(__file__).resolve().parents[1]
+
+TEXELS = 1024, 2048  # of baked caustics, at draft and at final quality
 
 
 def make(figure, folder, quality="draft", *, backend="auto", showing=None):
@@ -113,6 +115,7 @@ def _image(recipe, folder, quality, backend, showing):
     pose = recipe.pose or kind.pose(parameters)
     size, samples = recipe.frame(quality)
     denoise = recipe.shown and _can_denoise()
+    photons = recipe.photons and recipe.photons[quality == "final"]
     scene, files = None, []
     for seed in range(recipe.seeds):
         name = recipe.name if recipe.seeds == 1 else f"{recipe.name}.{seed}"
@@ -124,6 +127,7 @@ def _image(recipe, folder, quality, backend, showing):
             "samples": samples,
             "seed": seed,
             "denoise": denoise,
+            "photons": photons,
             "backend": backend,
             "blender": bpy.app.version_string,
             "pose": [pose.eye, pose.target, pose.field_of_view, pose.fit],
@@ -136,6 +140,10 @@ def _image(recipe, folder, quality, backend, showing):
             if scene is None:
                 scene = _built(kind, parameters, recipe, pose, size, samples, denoise, backend)
             scene.cycles.seed = seed
+            if photons:
+                render.writable_folder(folder)
+                texels = TEXELS[quality == "final"]
+                caustics.bake(scene, photons=photons, texels=texels, seed=1000 * seed, file=folder / f".{name}.photons")
             with showing(name, samples) if showing else contextlib.nullcontext() as progress:
                 render.render(scene, folder, name, metadata=wanted, progress=progress)
         files.append(file)
@@ -161,6 +169,7 @@ def _built(kind, parameters, recipe, pose, size, samples, denoise, backend):
 
 def _discard(scene):
     """Remove a scene and its objects: what a recipe changed in it must not reach the next one, nor must its names."""
+    caustics.clear(scene)
     bpy.data.batch_remove([*scene.collection.all_objects, *scene.collection.children_recursive])
     bpy.data.scenes.remove(scene)
 

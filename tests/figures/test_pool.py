@@ -7,6 +7,7 @@ import functools
 import numpy as np
 import pytest
 
+from nim_addon.cycles import caustics
 from nim_addon.figures import pool, run
 from nim_addon.figures.measure import Camera
 from nim_addon.figures.recipes import Figure, Image, Recipe
@@ -41,6 +42,8 @@ def images(empty_file, render):
             each = []
             for seed in range(recipe.seeds):
                 scene.cycles.seed = seed
+                if recipe.photons:
+                    caustics.bake(scene, photons=1 << 18, texels=512, seed=1000 * seed)
                 each.append(render(scene))
             found[recipe.name] = Image(np.stack(each), Camera(*pose, size), parameters)
         return found
@@ -112,17 +115,18 @@ def test_only_the_nim_shows_the_near_wall_and_magnifies_the_floor(images):
 
 def test_the_sun_makes_the_caustics_that_are_traced(images, monkeypatch):
     monkeypatch.setattr(pool, "caustics", functools.partial(pool.caustics, side=600))
-    made = images("5.9", (64, 64), 128, "nim")
-    floor, blanket = made["nim_floor"], made["nim_blanket"]
-    assert not failing(pool._sunny_claims("NIM", floor, blanket))
-    rows = failing(pool._sunny_claims("NIM", with_other_sign(floor), blanket))
-    assert any("likeness" in row for row in rows)
+    made = images("5.9", (64, 64), 64, "nim")
+    assert not failing(pool._sunny_claims("nim", "NIM", made))
+    wrong = {name: with_other_sign(image) for name, image in made.items()}
+    rows = failing(pool._sunny_claims("nim", "NIM", wrong))
+    assert any("traced" in row and "contrast" in row for row in rows)
+    blanket = made["nim_blanket"]
     other = blanket._replace(parameters=dataclasses.replace(blanket.parameters, seed=2))
-    assert len(failing(pool._sunny_claims("NIM", floor, other))) == 1
+    assert len(failing(pool._sunny_claims("nim", "NIM", made | {"nim_blanket": other}))) == 1
 
 
 def test_calm_liquid_lets_the_sun_through_evenly():
-    calm = pool.caustics(NIM, 0.5, 1.0, 8, side=500)
+    calm = pool.caustics(dataclasses.replace(NIM, sun_angle=0.5), 1.0, 8, side=500)
     straight = scene_of.SUN[2]
     T = Interface(NIM.liquid).fresnel(straight).T
     assert calm.mean() == pytest.approx(scene_of.SUN_IRRADIANCE[0] * straight * T / 1.33**2, rel=0.005)

@@ -26,7 +26,7 @@ MULTIPLE = "nim_caustics_multiple"  # of a lamp: whether it was found by chance 
 COLLECTION = "NIM Caustics"
 SIDES = (("NIM Caustics", "nim_window_low", "nim_window_high"), ("NIM Caustics Back", "nim_back_low", "nim_back_high"))
 PHOTONS = 1 << 24
-PASS = 1 << 20  # photons of a pass, at most
+PASS = 1 << 20  # photons of a round
 PASSES = 64  # at least, of a light that a pass shows one point or one width of
 TRIAL = 1 << 18  # photons by which the textures are laid out
 LAMP = ("type", "energy", "color", "exposure", "use_temperature", "temperature", "use_nodes", "normalize", "angle")
@@ -43,12 +43,13 @@ class Bake:
     light:   None for the lamps of the scene and the sun of its sky (lights.sun_of), or a list of lights.Sun, Lamp or Area
              that nothing else in the scene stands for: lamps are made for what they shine on straight
     texels:  edge of the largest texture; photons: about how many in all; seed: of their noise
+    most:    photons of one round, about, so that a window can answer in between
     for step in bake: one round, a pass of every light; bake.done of bake.total rounds are traced. Then put() at any time.
     Raises ValueError, one sentence: as photons.Tracer does, for a scene without a light, a light of a kind that is not
     traced or that stands in a medium, and from the first step on where no light lands.
     """
 
-    def __init__(self, scene, light=None, *, texels=2048, photons=PHOTONS, seed=0):
+    def __init__(self, scene, light=None, *, texels=2048, photons=PHOTONS, seed=0, most=PASS):
         self.scene, self.texels, self.seed, self.done = scene, texels, seed, 0
         scene.view_layers[0].update()  # places set by a script are not yet in the lamps' matrices
         if light is None:
@@ -62,7 +63,7 @@ class Bake:
             raise ValueError("the scene has no light to trace; add a lamp: a sun, a point, a spot or an area.")
         each = max(64, math.ceil(photons / len(self.sources)))
         several = any(isinstance(one, lights.Area) or getattr(one, "gaussian", False) for one, _ in self.sources)
-        self.total = max(PASSES if several else 2, math.ceil(each / PASS))
+        self.total = max(PASSES if several else 2, math.ceil(photons / most))
         self.photons = math.ceil(each / self.total)
         self.density = None
         self.tracer = Tracer(scene)
@@ -162,7 +163,7 @@ class Bake:
         height, width = texture.shape
         for part in (part for part in self.tracer.parts if part.name == name):
             mesh = part.mesh.copy()
-            set_materials(mesh, part.materials)
+            set_materials(mesh, part.materials or [None])
             mesh.attributes.remove(mesh.attributes[ATTRIBUTE])
             for back, (uv, low, high) in enumerate(SIDES):
                 windows = {side // 2: window for side, window in texture.windows.items() if side % 2 == back}
@@ -338,7 +339,7 @@ def _replace(scene, collection, name, copies, irradiance):
         thing.matrix_world = matrix
         sides = [side for side in SIDES if side[0] in mesh.uv_layers]
         for index, material in enumerate(list(mesh.materials)):
-            if material and lands(material):
+            if material is None or lands(material):
                 mesh.materials[index] = _shining(material, image, sides)
         collection.objects.link(thing)
     original[HIDDEN] = 2 if original.hide_viewport else 1
@@ -414,10 +415,20 @@ def _split(collection, lamp):
     collection.objects.link(seen)
 
 
+def _plain_diffuse(material):
+    """Give a material without nodes those of what Cycles renders in its place."""
+    tree = empty_tree(material)
+    diffuse = tree.nodes.new("ShaderNodeBsdfDiffuse")
+    diffuse.inputs["Color"].default_value = material.diffuse_color
+    tree.links.new(diffuse.outputs[0], tree.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
+
+
 def _shining(material, image, sides):
     """A copy of `material` that also sends out what it would of the light in `image`, found by the names in `sides`."""
-    copy = material.copy()
+    copy = material.copy() if material else bpy.data.materials.new(COLLECTION)
     copy[OWNER] = True
+    if material is None or material.node_tree is None:
+        _plain_diffuse(copy)
     tree = copy.node_tree
     output = next(node for node in tree.nodes if node.type == "OUTPUT_MATERIAL" and node.is_active_output)
     diffuse = next((node for node in tree.nodes if node.type in ("BSDF_DIFFUSE", "BSDF_PRINCIPLED")), None)

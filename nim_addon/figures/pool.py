@@ -551,8 +551,8 @@ FIGURES = (
         "5.9",
         "The pool on a sunny day, with water and with a NIM",
         "Above the same eye, in the sun, which is as narrow as the real one; below the pool from the top. The waves gather "
-        "the light into webs on floor and walls, and the blanket shows them a second time, mirrored. A NIM bends the light the other way and by seven times as much, "
-        "so its webs are sharp and close where water's are wide and faint.",
+        "the light into webs on floor and walls, and the blanket shows them a second time, mirrored. A NIM bends the light "
+        "the other way and by seven times as much, so its webs are sharp and close where water's are wide and faint.",
         (
             "The caustics on the floor are those that rays from the sun make in the same waves: in a sun so wide that the "
             "path tracer finds it by chance, and in the real one, traced from the light.",

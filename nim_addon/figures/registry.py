@@ -6,10 +6,10 @@ from itertools import chain
 from types import MappingProxyType
 
 from ..scenes.parameters import unknown
-from . import cube, curves, diagrams, glass, pool, sea, sphere
+from . import caustics, cube, curves, diagrams, glass, pool, sea, sphere
 from .recipes import Figure, in_order
 
-MODULES = (cube, sphere, glass, pool, sea)  # each has FIGURES, a tuple of Figure
+MODULES = (cube, sphere, glass, pool, sea, caustics)  # each has FIGURES, a tuple of Figure
 
 
 def _drawn(module):

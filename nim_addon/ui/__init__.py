@@ -3,10 +3,36 @@
 
 import bpy
 
-from . import add, assets, convert, jobs, light_paths, material, preferences, scenes, translations, versions, warnings
+from . import (
+    add,
+    assets,
+    caustics,
+    convert,
+    jobs,
+    light_paths,
+    material,
+    preferences,
+    scenes,
+    translations,
+    versions,
+    warnings,
+)
 
 # In the order in which they register: a module may use the classes of those before it.
-MODULES = (translations, preferences, versions, warnings, material, convert, add, scenes, jobs, light_paths, assets)
+MODULES = (
+    translations,
+    preferences,
+    versions,
+    warnings,
+    material,
+    convert,
+    add,
+    scenes,
+    jobs,
+    caustics,
+    light_paths,
+    assets,
+)
 
 
 def register():

@@ -517,6 +517,59 @@ TEXTS = {
         "Abre la carpeta de los procesamientos sin ventana en el explorador de archivos del sistema"
     ),
     "The folder {} cannot be opened.": "La carpeta {} no se puede abrir.",
+    # caustics
+    "Caustics": "Cáusticas",
+    "Light that interfaces and mirrors gather on surfaces, traced from the lamps": (
+        "Luz que las interfaces y los espejos concentran en las superficies, trazada desde las luces"
+    ),
+    "How the caustics of this scene are traced": "Cómo se trazan las cáusticas de esta escena",
+    "Million Photons": "Millones de fotones",
+    "How many are traced from all lamps together, in millions; more of them draw finer lines": (
+        "Cuántos se trazan desde todas las luces juntas, en millones; con más, las líneas son más finas"
+    ),
+    "Texture Size": "Tamaño de textura",
+    "Edge of the texture of the surface where most light lands; the others get as many texels a photon": (
+        "Lado de la textura de la superficie que recibe más luz; las demás tienen otros tantos téxeles por fotón"
+    ),
+    "4 MB for the largest surface": "4 MB para la superficie mayor",
+    "16 MB for the largest surface": "16 MB para la superficie mayor",
+    "64 MB for the largest surface": "64 MB para la superficie mayor",
+    "256 MB for the largest surface": "256 MB para la superficie mayor",
+    "Another number gives other noise": "Otro número da otro ruido",
+    "Laying it down...": "Aplicando la luz...",
+    "its sun": "su sol",
+    "Bake Caustics": "Capturar cáusticas",
+    "Bake Again": "Capturar de nuevo",
+    "Trace light from the lamps through interfaces and by mirrors, and let the surfaces shine where it lands. It takes "
+    "the place of the last render in the Image editor": (
+        "Traza la luz de las luces a través de interfaces y por espejos, y hace brillar las superficies donde llega. "
+        "Ocupa el lugar del último procesamiento en el editor de imágenes"
+    ),
+    "Caustics are being baked; Esc stops it": "Se están capturando cáusticas; Esc lo detiene",
+    "The caustics are up to date": "Las cáusticas están al día",
+    "The scene was changed while it was traced; bake it again.": (
+        "La escena cambió mientras se trazaba; hay que capturarla de nuevo."
+    ),
+    "Stopped before anything could be seen; nothing is changed": "Detenido antes de ver nada; no cambia nada",
+    "Caustics baked: {millions} million photons in {time}": (
+        "Cáusticas capturadas: {millions} millones de fotones en {time}"
+    ),
+    "Caustics: {}. Esc: stop, and keep what is traced": "Cáusticas: {}. Esc: detener y conservar lo trazado",
+    "Esc: stop, and keep what is traced": "Esc: detener y conservar lo trazado",
+    "Clear Caustics": "Eliminar cáusticas",
+    "Take the baked caustics out of this scene; its surfaces and lamps are as before": (
+        "Elimina las cáusticas capturadas de esta escena; sus superficies y luces quedan como antes"
+    ),
+    "This scene has no baked caustics": "Esta escena no tiene cáusticas capturadas",
+    "Caustics cleared": "Cáusticas eliminadas",
+    "No caustics yet": "Aún no hay cáusticas",
+    "Out of date: the scene has changed since": "Desactualizadas: la escena cambió después",
+    "Up to date": "Al día",
+    "{millions} million photons in {time}": "{millions} millones de fotones en {time}",
+    "Surfaces: {count}, {size:.0f} MB": "Superficies: {count}, {size:.0f} MB",
+    "No lamp shines here: add a sun, a point, a spot or an area": (
+        "Aquí no alumbra ninguna luz: agregar un sol, un punto, un foco o un área"
+    ),
     # light paths
     "Light Paths": "Trayectoria de rayos",
     "Rays through the interfaces of the scene, drawn as curves": (

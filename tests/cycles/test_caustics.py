@@ -178,6 +178,22 @@ def test_a_floor_without_area_is_refused(scene, one_sentence):
     one_sentence(error.value, "Floor", "area")
 
 
+@pytest.mark.parametrize("bare", ["none", "without nodes"])
+def test_a_floor_without_a_material_of_nodes_takes_light_too(bare, scene, render):
+    floor = scene.objects["Floor"].data
+    if bare == "none":
+        floor.materials.clear()
+    else:
+        floor.materials[0] = bpy.data.materials.new("Bare")
+    caustics.bake(scene, [SUN], texels=64, photons=1 << 16)
+    for lamp in (thing for thing in scene.objects if thing.type == "LIGHT"):
+        lamp.hide_render = True
+    cosine = math.cos(THETA)
+    through = cosine * (1 - float(Interface(Medium(-1.33)).fresnel(cosine).R)) / 1.33**2
+    # Blender's own white is 0.8
+    assert render(scene)[..., 0].sum() * (2 / 128) ** 2 == pytest.approx(through * 2.0 * 0.8 / math.pi, rel=0.02)
+
+
 def test_light_that_lands_nowhere_is_told(scene, one_sentence):
     with pytest.raises(ValueError) as error:
         caustics.bake(scene, [SUN._replace(direction=(0, 0.001, 1))], photons=1 << 13)

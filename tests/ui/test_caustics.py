@@ -1,0 +1,235 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The button that bakes caustics: what it makes, when it is out of date, how it stops, what it says."""
+
+import types
+
+import bpy
+import numpy as np
+import pytest
+
+from nim_addon.cycles import caustics as engine
+from nim_addon.cycles.material import interface_material
+from nim_addon.physics import Medium
+from nim_addon.scenes import shapes, surfaces
+from nim_addon.ui import caustics
+
+KINDS = (
+    "scenes",
+    "objects",
+    "meshes",
+    "materials",
+    "lights",
+    "cameras",
+    "worlds",
+    "images",
+    "node_groups",
+    "collections",
+)
+
+
+@pytest.fixture
+def scene(addon, monkeypatch):
+    """The default file with a ball of NIM over a floor in the sun; a million photons are twenty thousand."""
+    monkeypatch.setattr(caustics, "MILLION", 20_000)
+    monkeypatch.setattr(caustics, "ROUND", 5_000)
+    monkeypatch.setattr(engine, "TRIAL", 1 << 14)
+    scene = bpy.context.scene
+    bpy.data.objects.remove(bpy.data.objects["Cube"])
+    add("Floor", shapes.rectangle((-4, -4), (4, 4), -1.0), surfaces.plain("Floor", (0.5, 0.5, 0.5)))
+    add("Ball", shapes.cube_sphere(8), interface_material("NIM", Medium(-1.5), backend="nodes"))
+    lamp = scene.objects["Light"]
+    lamp.data.type, lamp.rotation_euler = "SUN", (0, 0, 0)
+    scene.nim_caustics.photons, scene.nim_caustics.texels = 1, "512"
+    bpy.ops.ed.undo_push(message="Scene")
+    return scene
+
+
+def add(name, mesh, material):
+    data = bpy.data.meshes.new(name)
+    data.from_pydata(np.asarray(mesh[0]).tolist(), [], mesh[1])
+    data.materials.append(material)
+    thing = bpy.data.objects.new(name, data)
+    bpy.context.collection.objects.link(thing)
+    return thing
+
+
+def names():
+    return {kind: {one.name for one in getattr(bpy.data, kind)} - {"Render Result"} for kind in KINDS}
+
+
+def known(scene):
+    """What the panel knows, after what was changed has reached the scene."""
+    bpy.context.view_layer.update()
+    return caustics._look(scene)
+
+
+def drawn(scene):
+    """The texts of the panel."""
+    texts = []
+
+    def draw(name, *given, **how):
+        if how.get("text"):
+            texts.append(how["text"])
+        return layout
+
+    layout = types.SimpleNamespace()
+    for name in ("row", "column", "operator", "label", "progress", "prop"):
+        setattr(layout, name, lambda *given, name=name, **how: draw(name, *given, **how))
+    view = types.SimpleNamespace(system=types.SimpleNamespace(ui_scale=1))
+    context = types.SimpleNamespace(scene=scene, region=types.SimpleNamespace(width=600), preferences=view)
+    caustics.NIM_PT_caustics.draw(types.SimpleNamespace(layout=layout), context)
+    return " | ".join(texts)
+
+
+def test_the_button_bakes_and_clear_gives_the_scene_back(scene, press, capfd):
+    before = names()
+    assert "Bake Caustics | No caustics yet | Sun: Light" in drawn(scene)
+    with pytest.raises(RuntimeError, match="This scene has no baked caustics"):
+        press("nim.clear_caustics")
+    assert press("nim.bake_caustics") == {"FINISHED"}
+    made = engine.baked(scene)[caustics.BAKED].to_dict()
+    assert made["photons"] == pytest.approx(20_000, rel=0.01)
+    assert made["surfaces"] == 1 and made["seconds"] > 0
+    image = next(one for one in bpy.data.images if one.name.startswith(engine.COLLECTION))
+    assert made["megabytes"] == pytest.approx(image.size[0] * image.size[1] * 16 / 1e6)
+    assert scene.objects["Floor"].hide_render
+    assert not {
+        name for name in names()["scenes"] | names()["materials"] if name.startswith("NIM p")
+    }  # no photons left
+    text = drawn(scene)
+    assert "Bake Again | Up to date" in text and "0.02 million photons" not in text and "1 million photons in" in text
+    assert "Surfaces: 1, " in text
+    assert press("nim.clear_caustics") == {"FINISHED"}
+    assert names() == before
+    assert not scene.objects["Floor"].hide_render
+    assert "No caustics yet" in drawn(scene)
+
+
+def test_it_is_out_of_date_by_what_counts_and_by_nothing_else(scene, press):
+    press("nim.bake_caustics")
+    scene.camera.location.x += 1
+    assert not known(scene).stale
+    with pytest.raises(RuntimeError, match="up to date"):
+        press("nim.bake_caustics")
+    ball, light = scene.objects["Ball"], scene.objects["Light"]
+    index = bpy.data.materials["NIM"].node_tree.nodes["NIM Interface"].inputs["Index Inside"]
+    changes = [
+        (lambda: setattr(ball.location, "x", 0.5), lambda: setattr(ball.location, "x", 0.0)),
+        (lambda: setattr(index, "default_value", -1.4), lambda: setattr(index, "default_value", -1.5)),
+        (lambda: setattr(light.data, "energy", 7.0), lambda: setattr(light.data, "energy", 1000.0)),
+    ]
+    for change, back in changes:
+        change()
+        assert known(scene).stale
+        assert caustics.NIM_OT_bake_caustics.poll(bpy.context)
+        assert "Out of date" in drawn(scene)
+        back()
+        assert not known(scene).stale
+    ball.location.x = 0.5
+    ball.keyframe_insert("location", frame=10)
+    ball.location.x = 0.0
+    ball.keyframe_insert("location", frame=1)
+    scene.frame_set(10)
+    assert caustics._look(scene).stale
+    scene.frame_set(1)
+    assert not caustics._look(scene).stale
+    scene.nim_caustics.seed = 5  # other noise: nothing is out of date, but there is something to bake
+    assert not known(scene).stale
+    assert press("nim.bake_caustics") == {"FINISHED"}
+
+
+def test_one_undo_takes_it_back(scene, press):
+    before = names()
+    press("nim.bake_caustics")
+    assert names() != before
+    bpy.ops.ed.undo()
+    assert names() == before
+    scene = bpy.context.scene
+    assert not scene.objects["Floor"].hide_render and not known(scene).baked
+    bpy.ops.ed.redo()
+    assert known(bpy.context.scene).baked
+
+
+def operator(reports):
+    """What stands for the operator while it is modal: Blender makes no instance of it without a window."""
+    one = types.SimpleNamespace(run=None, report=lambda kind, text: reports.append((kind, text)))
+    for name in ("_ticked", "_stopped", "_kept", "_failed"):
+        setattr(one, name, types.MethodType(getattr(caustics.NIM_OT_bake_caustics, name), one))
+    return one
+
+
+def test_stopped_early_nothing_is_changed_and_after_two_rounds_the_rest_is_kept(scene, one_sentence):
+    before, reports = names(), []
+    one = operator(reports)
+    assert one._ticked(scene) == one._ticked(scene) == set()  # started, and a round
+    with pytest.raises(RuntimeError, match="being baked"):
+        bpy.ops.nim.bake_caustics()
+    assert one._stopped() == {"CANCELLED"}
+    assert names() == before and "nothing is changed" in reports[-1][1]
+    one = operator(reports)
+    for _ in range(3):
+        one._ticked(scene)
+    assert one.run.part == 0.5 and "left" in one.run.text()
+    assert one._stopped() == {"FINISHED"}
+    assert "0.5 million photons" in reports[-1][1]
+    assert "Up to date" in drawn(scene)
+    assert caustics.NIM_OT_bake_caustics.poll(bpy.context)  # there are more to trace
+
+
+def test_a_scene_that_changes_or_goes_ends_it(scene, addon):
+
+    before, reports = names(), []
+    one = operator(reports)
+    for _ in range(5):
+        assert one._ticked(scene) == set()
+    scene.objects["Ball"].location.x = 0.3
+    assert one._ticked(scene) == {"CANCELLED"}
+    assert names() == before and "changed while" in reports[-1][1]
+    one = operator(reports)
+    one._ticked(scene)
+    bpy.ops.ed.undo_push(message="Meanwhile")
+    bpy.ops.ed.undo()
+    assert one._ticked(bpy.context.scene) == {"CANCELLED"} and caustics._run is None
+    one = operator(reports)
+    other = bpy.data.scenes.new("Other")
+    one._ticked(bpy.context.scene)
+    bpy.context.window.scene = other
+    bpy.data.scenes.remove(bpy.data.scenes["Scene"])
+    assert one._ticked(other) == {"CANCELLED"} and caustics._run is None
+    assert not [one.name for one in bpy.data.scenes if one.name.startswith("NIM")]
+
+
+def test_another_file_or_the_end_of_the_add_on_ends_it(scene, addon):
+    import addon_utils
+
+    one = operator([])
+    one._ticked(scene)
+    addon_utils.disable(addon, default_set=True)
+    assert caustics._run is None and "NIM photons" not in bpy.data.scenes
+    addon_utils.enable(addon, default_set=True)
+    one = operator([])
+    one._ticked(bpy.context.scene)
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    assert one._ticked(bpy.context.scene) == {"CANCELLED"} and caustics._run is None
+
+
+def test_what_cannot_be_baked_is_said_in_one_sentence(scene, press):
+    before = names()
+    light, ball, floor = (scene.objects[name] for name in ("Light", "Ball", "Floor"))
+
+    def refused(words):
+        with pytest.raises(RuntimeError, match=words):
+            press("nim.bake_caustics")
+        assert names() == before and caustics._run is None
+
+    light.hide_render = True
+    assert "No lamp shines here" in drawn(scene)
+    refused("no light to trace")
+    light.hide_render, light.data.type, light.location = False, "POINT", ball.location
+    refused("stands within a medium")
+    light.data.type, ball.hide_render = "SUN", True
+    refused("no interface or mirror")
+    ball.hide_render, floor.scale = False, (0, 0, 0)
+    refused("no area for light to land on")
+    floor.hide_render = True
+    refused("no diffuse surface")

@@ -9,6 +9,7 @@
   python3 build.py package             build and validate dist/nim_addon-X.Y.Z.zip with Blender's own tool
   python3 build.py docs [--out DIR]    make the pages of docs/ as HTML, in dist/docs/ or DIR (needs no Blender)
   python3 build.py bench [glass|peers] print how fast it is, beside Blender's own Glass BSDF, Mitsuba 3 and POV-Ray
+  python3 build.py bench caustics      the same of caustics, beside path tracing and Mitsuba 3 (hours; some minutes: --quick)
   python3 build.py setup               make the environment only; every other command does so when needed
 
 --blender 5.0 before or after the command picks another Blender (4.5 and 5.0 run on Python 3.11).
@@ -198,8 +199,9 @@ def docs(python, rest):
 
 
 def bench(python, rest):
-    """Print the benchmarks: `glass`, our material beside Blender's; `peers`, beside Mitsuba and POV-Ray; or both."""
-    chosen = [rest[0]] if rest and rest[0] in ("glass", "peers") else ["glass", "peers"]
+    """Print the benchmarks: `glass`, our material beside Blender's, and `peers`, beside Mitsuba and POV-Ray, or only
+    what is named: one of them, or `caustics`, which takes long."""
+    chosen = [rest[0]] if rest and rest[0] in ("glass", "peers", "caustics") else ["glass", "peers"]
     words = rest[1:] if rest[:1] == chosen else rest
     return max(run(python, f"bench/{name}.py", *words) for name in chosen)
 

@@ -11,7 +11,7 @@ from . import charts
 LEAST = 1e-4
 PADDING = 4  # texels around a window
 SMALLEST = 64  # edge of a texture
-ENOUGH = 16  # photons that make a kernel wide enough
+ENOUGH = 32  # photons that make a kernel wide enough
 RADII = (0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64)  # of kernels, in texels
 
 
@@ -81,14 +81,13 @@ class Density:
         side = side[here]
         column, row = (cell[here] + self._at[side]).T
         index = self._first[side] + row * self._width[side] + column
-        total = self.count.shape[1]
-        self.count[half] += np.bincount(index, minlength=total)
+        np.add.at(self.count[half], index, np.float32(1))
         power = (landed.power * landed.share[:, None])[known][here]
         if self.color is not None:
             strongest = int(np.argmax(self.color))
             power = power[:, strongest : strongest + 1] / self.color[strongest]
         for channel, values in enumerate(power.T):
-            self.flux[half, channel] += np.bincount(index, values, total)
+            np.add.at(self.flux[half, channel], index, values.astype(np.float32))
 
     def state(self):
         """Arrays and texts by name, from which from_state() makes the keywords for the same Density again."""
@@ -194,23 +193,45 @@ def _shelve(windows, width):
 
 def spread(flux, others, area):
     """Power per area (H, W, C) of `flux` (H, W, C), in boxes that hold enough of `others` (H, W); `area` (H, W) of cells."""
-    answer = np.zeros_like(flux)
     counts, ground = _table(others), _table(area)
-    left = flux.sum(axis=2) > 0
+    height, width = area.shape
+    y, x = np.nonzero(flux.sum(axis=2) > 0)
+
+    def corners(radius, some=slice(None)):
+        """Flat places in a table of the corners of the boxes about some of the texels, cut off at the edges."""
+        low_y, high_y = np.maximum(y[some] - radius, 0), np.minimum(y[some] + radius + 1, height)
+        low_x, high_x = np.maximum(x[some] - radius, 0), np.minimum(x[some] + radius + 1, width)
+        low_y, high_y = low_y * (width + 1), high_y * (width + 1)
+        return low_y + low_x, high_y + high_x, low_y + high_x, high_y + low_x
+
+    def held(table, places):
+        a, b, c, d = (table.ravel()[place] for place in places)
+        return a + b - c - d
+
+    reach, surface, left = np.full(len(y), RADII[-1]), np.zeros(len(y)), np.arange(len(y))
     for radius in RADII:
+        places = corners(radius, left)
         # a photon on a cell that holds no surface, at its very edge, lands on the nearest
-        here = left & ((_box(counts, radius) >= ENOUGH) | (radius == RADII[-1]))
-        if not here.any():
-            continue
-        surface = _box(ground, radius)
-        here &= surface > 0
-        left &= ~here
-        share = np.divide(1.0, surface, out=np.zeros_like(surface), where=here)
-        for channel in range(flux.shape[2]):
-            answer[..., channel] += _box(_table(flux[..., channel] * share), radius)
-        if not left.any():
+        around = held(ground, places)
+        enough = around > 0
+        if radius < RADII[-1]:
+            enough &= held(counts, places) >= ENOUGH
+        reach[left[enough]], surface[left[enough]] = radius, around[enough]
+        left = left[~enough]
+        if not len(left):
             break
-    return answer * (area > 0)[..., None]
+    share = np.divide(1.0, surface, out=np.zeros_like(surface), where=surface > 0)
+    answer = np.empty_like(flux)
+    places = corners(reach)
+    for channel in range(flux.shape[2]):
+        power = flux[y, x, channel] * share
+        # each box is four corners of a table of differences, which is summed up once for all of them
+        change = sum(
+            sign * np.bincount(place, power, counts.size) for sign, place in zip((1, 1, -1, -1), places, strict=True)
+        )
+        change = change.reshape(counts.shape)[:-1, :-1]
+        answer[..., channel] = change.cumsum(axis=0).cumsum(axis=1)
+    return np.maximum(answer, 0) * (area > 0)[..., None]
 
 
 def _table(values):

@@ -96,7 +96,7 @@ FIGURES = (
                     CUBE,
                     (f"elevation={elevation}",),
                     draft=((300, 300), 48),
-                    final=((960, 960), 96),
+                    final=((960, 960), 48),
                     caption=f"from {elevation} degrees above the horizon",
                 )
                 for elevation in ELEVATIONS

@@ -564,7 +564,7 @@ def _shown(name, settings, captions, pose=None):
             "glass",
             (f"liquid={liquid}", *settings),
             draft=((240, 240), 32),
-            final=((800, 800), 96),
+            final=((800, 800), 48),
             pose=pose,
             caption=captions.format(NAMES[liquid]),
         )

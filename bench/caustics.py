@@ -1,0 +1,561 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Caustics traced from the sun beside path tracing, with and without guiding, and beside Mitsuba's particle tracer.
+
+  python bench/caustics.py [--quick] [--truth 500] [--most 64] [--cells 512] [--parts speed paths kernels peers]
+
+  speed    photons a second and peak memory, in the whole pool
+  paths    how the error falls with time, and that of path tracing in equal time, for suns of 0.53, 2 and 10 degrees
+  kernels  what is made of the same photons: a histogram, the estimate of Jensen's photon map, our kernels
+  peers    Mitsuba's `ptracer` on water, its processor seconds and error for equally many photons
+
+All but the speed is measured on one floor: the pool's liquid with its waves, a white floor that light leaves once, black
+walls, nothing but the sun (figure 5.9 is measured there too). What is compared is the floor's irradiance in square cells,
+`--cells` along its 8 m; the number depends on them, so some tables show three sizes. An error is the root of the mean
+squared difference to a truth, over the mean of the truth. The truth is photons counted in the cells without a kernel, in
+millions `--truth` (for the suns of 2 and 10 degrees an eighth of it), kept in `--cache`: a run that was stopped goes on.
+Its own noise, known from its two independent halves, is subtracted from the mean squared difference.
+
+A time holds all that a bake does: preparing the scene, the trial, the photons, the irradiance; of path tracing the whole
+render. Processor seconds are those of all threads. Rendering until the error is 5 % is waited for with photons (between
+two runs the error follows a power of the time); with path tracing it is extrapolated: its error falls as 1 / sqrt(time).
+"""
+
+import argparse
+import json
+import math
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+HERE = Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE.parent))
+
+SUNS = (0.53, 2.0, 10.0)
+LIQUIDS = {"NIM": "nim", "water": "water"}
+THREADS = 2
+GOAL = 0.05
+RED = (1.0, 0.0, 0.0)  # the strongest channel of the pool's sun; the only one that is compared
+FINEST = 2  # times as many cells in the truth along an edge as are compared
+
+
+class Spent(NamedTuple):
+    """Seconds on the clock and of all processors."""
+
+    clock: float
+    processors: float
+
+
+def now():
+    """Spent so far."""
+    used = resource.getrusage(resource.RUSAGE_SELF)
+    return Spent(time.perf_counter(), used.ru_utime + used.ru_stime)
+
+
+def since(start):
+    """Spent since an earlier now()."""
+    return Spent(*(b - a for a, b in zip(start, now(), strict=True)))
+
+
+# ---------------------------------------------------------------------------------------------- the floor and its truth
+
+
+def white_floor(liquid, sun):
+    """The scene that is measured: a bpy.types.Scene under a sun `sun` degrees wide."""
+    import bpy
+
+    from nim_addon.figures.pool import sun_on_white
+    from nim_addon.scenes import pool, surfaces
+
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    scene = pool.build(pool.PoolParameters(liquid=LIQUIDS[liquid], sky="sunny", sun_angle=max(sun, 0.5)), "nodes")
+    sun_on_white(scene)
+    scene.world = surfaces.sky("Sun", (0, 0, 0), (0, 0, 0), glow=pool.sun(sun))
+    scene.world.cycles.sampling_method = "NONE"  # shadow rays end at the liquid
+    scene.render.threads_mode, scene.render.threads = "FIXED", THREADS
+    return scene
+
+
+class Floor:
+    """The floor among the charts of a Bake: `name` of its object, `side`, `low` and `high` corners (2,) in metres."""
+
+    def __init__(self, bake):
+        charts = bake.tracer.charts
+        number = next(k for k, one in enumerate(charts) if one.thing.startswith("Basin") and one.axis == 4)
+        self.name, self.side = charts[number].thing, 2 * number
+        self.low, self.high = np.asarray(charts[number].low, float), np.asarray(charts[number].high, float)
+
+    def grid(self, cells):
+        """(width, height) of a grid of square cells, `cells` along x, over the floor."""
+        return cells, round(cells * (self.high - self.low)[1] / (self.high - self.low)[0])
+
+    def counted(self, bake, cells):
+        """A Density of that grid: a texture without a kernel, whose texels are the cells."""
+        from nim_addon.cycles.density import Density, Texture, Window
+
+        size = self.grid(cells)
+        texel = (self.high - self.low)[0] / cells
+        window = Window.of([self.low.tolist(), texel, list(size), [0, 0]])
+        texture = Texture({self.side: window}, size[::-1], 0)
+        return Density(bake.tracer.parts, bake.tracer.charts, {self.name: texture}, RED)
+
+    def gathered(self, values, density, cells):
+        """Values (H, W) a texel of this floor's texture, averaged (power per area is) over the grid: (height, width)."""
+        texture = density.textures[self.name]
+        window = texture.windows[self.side]
+        rows, columns = (slice(a, a + n) for a, n in zip(window.at[::-1], window.cells[::-1], strict=True))
+        size = self.grid(cells)
+        edge = (self.high - self.low) / size
+        share = []
+        for axis in (0, 1):
+            borders = self.low[axis] + edge[axis] * np.arange(size[axis] + 1)
+            texels = window.low[axis] + window.texel * np.arange(window.cells[axis] + 1)
+            overlap = np.minimum(borders[1:, None], texels[1:]) - np.maximum(borders[:-1, None], texels[:-1])
+            share.append(np.maximum(overlap, 0))
+        return share[1] @ values[rows, columns] @ share[0].T / edge.prod()
+
+
+def truth(scene, name, photons, cells, cache, light=None):
+    """The irradiance of the floor (2, height, width), its red channel, from two independent bakes of half the photons.
+
+    cells: along x; light: of caustics.Bake; a file in the folder `cache` is gone on with, where it is of the same bake
+    """
+    return np.array([_counted(scene, name, photons / 2, cells, cache, light, seed) for seed in (1000, 2000)])
+
+
+def _counted(scene, name, photons, cells, cache, light, seed):
+    from nim_addon.cycles import caustics
+
+    file = Path(cache, f"caustics-{name}-{photons / 1e6:g}-{cells}-{seed}.npz")
+    with caustics.Bake(scene, light, photons=photons, seed=seed) as bake:
+        floor = Floor(bake)
+        if not bake.load(file):
+            bake.density = floor.counted(bake, cells)
+        start, first = now(), bake.done
+        for done in bake:
+            if done % 32 == 0 or done == bake.total:
+                bake.save(file)
+                left = since(start).clock / (done - first) * (bake.total - done)
+                print(
+                    f"truth of {name}, {seed}: {done} of {bake.total}, {left:.0f} s left", file=sys.stderr, flush=True
+                )
+        area = ((floor.high - floor.low)[0] / cells) ** 2
+        flux = bake.density.flux[:, 0].sum(axis=0, dtype=float)
+        return flux.reshape(bake.density.textures[floor.name].shape) / bake.total / area
+
+
+def coarser(values, times):
+    """Means (..., H, W) over square blocks of `times` cells."""
+    *more, height, width = values.shape
+    return values.reshape(*more, height // times, times, width // times, times).mean(axis=(-3, -1))
+
+
+def error(found, halves):
+    """How far `found` (H, W) is from the mean of two halves of the truth (2, H, W): relative, their own noise subtracted."""
+    noise = np.mean((halves[0] - halves[1]) ** 2) / 4
+    squared = np.mean((found - halves.mean(axis=0)) ** 2) - noise
+    return math.sqrt(max(squared, 0)) / halves.mean()
+
+
+def own_error(halves):
+    """The noise of the mean of the truth's halves, relative."""
+    return math.sqrt(np.mean((halves[0] - halves[1]) ** 2)) / 2 / halves.mean()
+
+
+class Traced(NamedTuple):
+    """A bake as it is done every day: its floor and density, the floor's irradiance (H, W) a texel, the area of the
+    floor in each texel of its window, and what it took."""
+
+    floor: Floor
+    density: object
+    irradiance: np.ndarray
+    area: np.ndarray
+    passes: int
+    spent: Spent
+
+
+def traced(scene, photons, seed, light=None):
+    """Trace that many photons; returns a Traced."""
+    from nim_addon.cycles import caustics, charts
+
+    start = now()
+    with caustics.Bake(scene, light, photons=photons, seed=seed) as bake:
+        floor = Floor(bake)
+        for _ in bake:
+            pass
+        irradiance = bake.density.irradiance(floor.name, bake.done)[..., 0]
+        spent = since(start)
+        window = bake.density.textures[floor.name].windows[floor.side]
+        number = floor.side // 2
+        chart = bake.tracer.charts[number]
+        area = charts.area(bake.tracer.parts, chart, number, window.low, window.texel, window.cells)
+        return Traced(floor, bake.density, irradiance, area, bake.done, spent)
+
+
+def path_traced(scene, samples, guiding, size, seed):
+    """The floor's irradiance (height, width) by path tracing, seen from straight above, below the liquid; and Spent."""
+    from nim_addon.cycles.render import pixels_of
+    from nim_addon.figures.measure import measured
+    from nim_addon.scenes.pool import HALF
+
+    camera, cycles = scene.camera, scene.cycles
+    camera.data.type, camera.data.ortho_scale = "ORTHO", 2 * HALF[0]
+    camera.location, camera.rotation_euler = (0, 0, -0.3), (0, 0, 0)
+    scene.render.resolution_x, scene.render.resolution_y = size
+    cycles.samples, cycles.seed, cycles.use_guiding = samples, seed, guiding
+    measured(scene)
+    start = now()
+    pixels = pixels_of(scene)
+    return math.pi * pixels[..., 0], since(start)
+
+
+# ------------------------------------------------------------------------------------------------------- the tables
+
+
+def speed(options):
+    """Photons a second and peak memory, each in a process of its own."""
+    print("The whole pool under a sun of 0.53 degrees (a disk): bakes without what they put into the scene")
+    print(f"{'':8}{'million photons':>16}{'clock s':>9}{'processor s':>13}{'photons/s of tracing':>26}{'peak MB':>9}")
+    for liquid in LIQUIDS:
+        for million in (options.memory, 8 * options.memory):
+            command = [sys.executable, __file__, "--one", liquid, "--most", str(million)]
+            done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True)
+            one = json.loads(done.stdout.strip().splitlines()[-1])
+            print(
+                f"{liquid:8}{million:16g}{one['clock']:9.1f}{one['processors']:13.1f}{one['rate']:26,.0f}{one['peak']:9.0f}",
+                flush=True,
+            )
+
+
+def one_bake(liquid, million):
+    """What speed() asks of a process of its own."""
+    import bpy
+
+    from nim_addon.cycles import caustics, lights
+    from nim_addon.scenes import pool
+
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    scene = pool.build(pool.PoolParameters(liquid=LIQUIDS[liquid], sky="sunny", sun_angle=0.53), "nodes")
+    scene.render.threads_mode, scene.render.threads = "FIXED", THREADS
+    sun = lights.sun_of(scene)._replace(gaussian=False)
+    start = now()
+    with caustics.Bake(scene, [sun], photons=million * 1e6) as bake:
+        for done in bake:
+            if done == 1:  # before it lie a trial, and Cycles' own preparations
+                before = now()
+        tracing = since(before)
+        for name in bake.density.textures:
+            bake.density.irradiance(name, bake.done)
+        total, sent = since(start), bake.photons * (bake.total - 1)
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    print(json.dumps({**total._asdict(), "rate": sent / tracing.clock, "peak": peak}))
+
+
+def paths(options):
+    """Photons beside path tracing."""
+    for sun in options.suns:
+        for liquid in LIQUIDS:
+            scene = white_floor(liquid, sun)
+            share = 1 if sun == SUNS[0] else 8
+            fine = truth(scene, f"{liquid}-{sun:g}", options.truth * 1e6 / share, options.cells * FINEST, options.cache)
+            halves = coarser(fine, FINEST)
+            size = halves.shape[:0:-1]
+            edge = 8000 / size[0]
+            print(
+                f"\n{liquid}, sun of {sun:g} degrees; truth of {options.truth / share:g} million photons, in cells of",
+                end="",
+            )
+            print(f" {edge:.1f} mm its own error is {own_error(halves):.2%}")
+            wide = [f"{edge * times / FINEST:.1f} mm" for times in (1, 2, 4)]
+            print(
+                f"{'':26}{'clock s':>9}{'processor s':>13}   error in cells of {'':>3}"
+                + "".join(f"{w:>10}" for w in wide)
+            )
+            curve = photon_rows(scene, fine, options)
+            reached = to_goal(curve)
+            print(f"  mean irradiance of the last over the truth's: {curve[-1].mean / halves.mean():.4f}")
+            for guiding in (False, True):
+                path_row(scene, halves, guiding, curve[-1], reached, options)
+
+
+class Point(NamedTuple):
+    """A point of a curve: what it took, its error in the cells that are compared, its mean irradiance."""
+
+    spent: Spent
+    error: float
+    mean: float
+
+
+def photon_rows(scene, fine, options):
+    """Print a line for ever more photons, until the goal is reached; returns the Points."""
+    curve, million = [], options.least
+    while True:
+        one = traced(scene, million * 1e6, 1)
+        irradiance = one.floor.gathered(one.irradiance, one.density, fine.shape[2])
+        errors = [error(coarser(irradiance, times), coarser(fine, times)) for times in (1, 2, 4)]
+        line(f"{million:g} million photons", one.spent, errors)
+        curve.append(Point(one.spent, errors[1], irradiance.mean()))
+        million *= 4
+        if errors[1] < GOAL or million > options.most:
+            return curve
+
+
+def line(name, spent, errors, rest=""):
+    """Print one estimate."""
+    cells = "".join(f"{one:>10.2%}" if one is not None else f"{'':10}" for one in errors)
+    print(f"{name:26}{spent.clock:9.1f}{spent.processors:13.1f}{'':24}{cells}{rest}", flush=True)
+
+
+def to_goal(curve):
+    """Print and return the Spent until the error is GOAL, by the power of the time between the last two Points."""
+    one, other = curve[-2:] if len(curve) > 1 else (curve[0], curve[0])
+    word = "reached" if other.error <= GOAL < one.error else "less" if other.error <= GOAL else "extrapolated"
+    ratio = 0.0
+    if one.error > other.error > 0:
+        ratio = math.log(one.error / GOAL) / math.log(one.error / other.error)
+    spent = Spent(*(a * (b / a) ** ratio for a, b in zip(one.spent, other.spent, strict=True)))
+    line("  time to 5 %, photons", spent, [None, GOAL, None], f"   {word}")
+    return spent
+
+
+def path_row(scene, halves, guiding, photons, reached, options):
+    """Print the line of path tracing in the time that `photons` took."""
+    name = "path tracing, guided" if guiding else "path tracing"
+    size = halves.shape[:0:-1]
+    few, more = (path_traced(scene, count, guiding, size, 7)[1].processors for count in (1, 5))
+    samples = max(2, round(photons.spent.processors / max((more - few) / 4, 1e-3)))
+    found, spent = path_traced(scene, min(samples, options.samples), guiding, size, 8)
+    off = error(found, halves)
+    line(
+        f"{name}, {min(samples, options.samples)} spp", spent, [None, off, error(coarser(found, 2), coarser(halves, 2))]
+    )
+    goal = Spent(*(one * (off / GOAL) ** 2 for one in spent))
+    ratio = Spent(*(a / b for a, b in zip(goal, reached, strict=True)))
+    seconds = math.sqrt(max(np.mean((found - halves.mean(axis=0)) ** 2), 0)) / math.sqrt(found.size) / halves.mean()
+    print(
+        f"  time to 5 %, extrapolated: {goal.clock:,.0f} s, {goal.processors:,.0f} processor s: {ratio.clock:,.0f} and "
+        f"{ratio.processors:,.0f} times the photons'; mean over the truth's {found.mean() / halves.mean():.4f} +- {seconds:.4f}",
+        flush=True,
+    )
+
+
+def kernels(options):
+    """What is made of the same photons."""
+    print("\nOne set of photons, three estimates of the floor's irradiance (a sun of 0.53 degrees): their errors")
+    for liquid in LIQUIDS:
+        scene = white_floor(liquid, SUNS[0])
+        fine = truth(scene, f"{liquid}-{SUNS[0]:g}", options.truth * 1e6, options.cells * FINEST, options.cache)
+        edge = 8000 / fine.shape[2]
+        wide = "".join(f"{edge * times:>9.1f}mm" for times in (1, 2, 4))
+        print(f"{liquid + ', cells of':42}{wide}")
+        for million in options.photons:
+            one = traced(scene, million * 1e6, 1)
+            for name, irradiance in estimates(one):
+                found = one.floor.gathered(irradiance, one.density, fine.shape[2])
+                errors = [error(coarser(found, times), coarser(fine, times)) for times in (1, 2, 4)]
+                print(f"{f'{million:g} million, {name}':42}" + "".join(f"{off:>11.2%}" for off in errors), flush=True)
+
+
+def estimates(one):
+    """Names of estimates and their irradiance (H, W) a texel, of a Traced."""
+    from nim_addon.cycles.density import ENOUGH
+
+    density, floor, area = one.density, one.floor, one.area
+    texture = density.textures[floor.name]
+    window = texture.windows[floor.side]
+    span = slice(texture.first, texture.first + texture.size)
+    rows, columns = (slice(a, a + n) for a, n in zip(window.at[::-1], window.cells[::-1], strict=True))
+
+    def here(values):
+        return values[:, span].sum(axis=0).reshape(texture.shape)[rows, columns].astype(float)
+
+    flux, count = here(density.flux[:, 0]) / one.passes, here(density.count)
+    for name, found in (
+        ("histogram of texels", np.divide(flux, area, out=np.zeros_like(flux), where=area > 0)),
+        (f"photon map, the nearest {ENOUGH}", nearest(flux, count, area, ENOUGH)),
+        (f"photon map, the nearest {4 * ENOUGH}", nearest(flux, count, area, 4 * ENOUGH)),
+    ):
+        whole = np.zeros(texture.shape)
+        whole[rows, columns] = found
+        yield name, whole
+    yield "our kernels", one.irradiance
+
+
+def nearest(flux, count, area, enough):
+    """Power per area (H, W) as a photon map has it: about each texel the smallest box that holds `enough` photons."""
+    from nim_addon.cycles.density import RADII
+
+    answer, left = np.zeros_like(flux), area > 0
+    for radius in RADII:
+        power, held, ground = (boxes(values, radius) for values in (flux, count, area))
+        here = left & ((held >= enough) | (radius == RADII[-1]))
+        answer[here] = power[here] / ground[here]
+        left &= ~here
+    return answer
+
+
+def boxes(values, radius):
+    """Sums (H, W) over the square of that radius about each of the values, cut off at the edges."""
+    table = np.pad(values, ((1, 0), (1, 0))).cumsum(axis=0).cumsum(axis=1)
+    table = np.pad(table, radius, mode="edge")
+    wide = 2 * radius + 1
+    rows = table[wide:] - table[:-wide]
+    return rows[:, wide:] - rows[:, :-wide]
+
+
+def peers(options):
+    """Mitsuba's particle tracer beside ours, on water under a sun that is a point."""
+    from nim_addon.cycles import caustics, lights
+    from nim_addon.scenes import pool
+
+    print("\nWater under a sun of 0 degrees, beside Mitsuba's particle tracer")
+    if not options.peers_python:
+        print(
+            "Mitsuba is left out: make an environment with `pip install mitsuba numpy` and name its Python with "
+            "--peers-python or NIM_PEERS_PYTHON (and libLLVM, 16 or newer, with DRJIT_LIBLLVM_PATH)."
+        )
+        return
+    scene = white_floor("water", SUNS[0])
+    light = [lights.Sun(tuple(-pool.SUN), tuple(pool.SUN_IRRADIANCE), 0.0)]
+    fine = truth(scene, "water-0", options.truth * 1e6 / 8, options.cells * FINEST, options.cache, light)
+    halves = coarser(fine, FINEST)
+    size = halves.shape[:0:-1]
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder, "pool.npz")
+        with caustics.Bake(scene, light) as bake:
+            shot = next(light[0].shots(bake.tracer.target, 1 << 20, 1, np.random.default_rng(0)))
+        np.savez(
+            file, size=size, n=pool.PoolParameters(liquid="water").liquid.n, **beam(shot, light[0]), **shapes(scene)
+        )
+        try:
+            peer = Mitsuba(file, options.peers_python)
+        except OSError as error_:
+            print(f"Mitsuba is left out: {error_}")
+            return
+        print(
+            f"cells of {8000 / size[0]:.1f} mm; truth's own error {own_error(halves):.2%}; water's n^2 is divided out"
+        )
+        print(f"{'':40}{'clock s':>9}{'processor s':>13}{'photons/s':>12}{'error':>8}{'mean, of the truth':>20}")
+
+        def show(name, photons, spent, found):
+            off, mean = error(found, halves), found.mean() / halves.mean()
+            print(
+                f"{name:40}{spent.clock:9.1f}{spent.processors:13.1f}{photons / spent.clock:12,.0f}{off:8.2%}{mean:20.4f}",
+                flush=True,
+            )
+
+        for million in options.photons:
+            one = traced(scene, million * 1e6, 1, light)
+            for name, irradiance in (next(estimates(one)), ("our kernels", one.irradiance)):
+                found = one.floor.gathered(irradiance, one.density, size[0])
+                show(f"{million:g} million, Cycles, {name}", million * 1e6, one.spent, found)
+            found, spent = peer(million * 1e6, 1)
+            show(f"{million:g} million, Mitsuba, its film", million * 1e6, spent, found)
+            equal = million * 1e6 * one.spent.processors / spent.processors
+            found, spent = peer(equal, 2)
+            show(f"{equal / 1e6:.1f} million, Mitsuba, equal time", equal, spent, found)
+        peer.close()
+
+
+def beam(shot, sun):
+    """Arrays by name of the rectangle that a lights.Shot of parallel rays starts from."""
+    edges = shot.width * np.array(shot.size) / max(shot.size)
+    return {"frame": np.array(shot.frame), "edges": edges, "irradiance": sun.irradiance[0]}
+
+
+def shapes(scene):
+    """Arrays by name of the triangles of liquid, floor, and all that is black."""
+    answer = {}
+    for thing in (one for one in scene.objects if one.type == "MESH"):
+        mesh = thing.data
+        mesh.calc_loop_triangles()
+        vertices, triangles = (
+            np.empty((len(mesh.vertices), 3), np.float32),
+            np.empty((len(mesh.loop_triangles), 3), np.int32),
+        )
+        slots, corners = np.empty(len(triangles), np.int32), np.empty(len(mesh.loops), np.int32)
+        normals = np.empty((len(mesh.loops), 3), np.float32)
+        mesh.vertices.foreach_get("co", vertices.ravel())
+        mesh.loop_triangles.foreach_get("vertices", triangles.ravel())
+        mesh.loop_triangles.foreach_get("material_index", slots)
+        mesh.loops.foreach_get("vertex_index", corners)
+        mesh.corner_normals.foreach_get("vector", normals.ravel())
+        word = thing.name.partition(".")[0].lower()
+        at_vertices = np.zeros_like(vertices)
+        at_vertices[corners] = normals
+        kinds = {"liquid": slots >= 0} if word == "liquid" else {"floor": slots == 0, "walls": slots == 1}
+        kinds = {"ground": slots >= 0} if word == "ground" else kinds
+        for kind, mine in kinds.items():
+            answer |= {f"{kind}_vertices": vertices, f"{kind}_faces": triangles[mine], f"{kind}_normals": at_vertices}
+    return answer
+
+
+class Mitsuba:
+    """Mitsuba in a process of its own, which keeps its compiled kernels."""
+
+    def __init__(self, file, python):
+        command = [python, HERE / "mitsuba_pool.py", file, THREADS]
+        self.log = tempfile.TemporaryFile("w+")  # noqa: SIM115 it lives as long as the process
+        self.process = subprocess.Popen(
+            list(map(str, command)), stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self.log, text=True
+        )
+        if self.process.stdout.readline().strip() != "ready":
+            self.log.seek(0)
+            raise OSError((self.log.read().strip().splitlines() or ["it gave no reason"])[-1])
+
+    def __call__(self, photons, seed):
+        """The floor's irradiance (height, width), rows from -y, as Cycles counts it, and Spent."""
+        self.process.stdin.write(f"{photons:.0f} {seed}\n")
+        self.process.stdin.flush()
+        answer = json.loads(self.process.stdout.readline())
+        return np.load(answer["file"]), Spent(answer["clock"], answer["processors"])
+
+    def close(self):
+        """End the process."""
+        self.process.stdin.close()
+        self.process.wait()
+
+
+PARTS = {"speed": speed, "paths": paths, "kernels": kernels, "peers": peers}
+
+
+def main():
+    """Print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--quick", action="store_true", help="small numbers, to see that it runs")
+    parser.add_argument("--parts", nargs="+", choices=PARTS, default=list(PARTS))
+    parser.add_argument("--suns", nargs="+", type=float, default=list(SUNS), metavar="DEGREES")
+    parser.add_argument("--truth", type=float, metavar="MILLION", help="photons of the truth (500)")
+    parser.add_argument("--least", type=float, metavar="MILLION", help="photons of the first bake (1)")
+    parser.add_argument("--most", type=float, metavar="MILLION", help="photons of a bake at most (64)")
+    parser.add_argument("--memory", type=float, metavar="MILLION", help="photons of the smaller bake of speed (4)")
+    parser.add_argument("--photons", nargs="+", type=float, metavar="MILLION", help="for kernels and peers (1 16)")
+    parser.add_argument("--cells", type=int, help="along the floor's 8 m, a multiple of 32 (512)")
+    parser.add_argument("--samples", type=int, help="of path tracing at most (4096)")
+    parser.add_argument("--cache", default=str(Path(tempfile.gettempdir(), "nim-bench")), metavar="DIR")
+    parser.add_argument("--peers-python", default=os.environ.get("NIM_PEERS_PYTHON"))
+    parser.add_argument("--one", choices=LIQUIDS, help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.one:
+        one_bake(options.one, options.most)
+        return
+    usual = {"truth": 500, "least": 1, "most": 64, "memory": 4, "photons": [1, 16], "cells": 512, "samples": 4096}
+    small = {"truth": 4, "least": 0.25, "most": 1, "memory": 0.5, "photons": [0.5], "cells": 256, "samples": 64}
+    for name, value in (small if options.quick else usual).items():
+        if getattr(options, name) is None:
+            setattr(options, name, value)
+    if options.cells % 32 or min(options.truth, options.least, options.most, options.memory, *options.photons) <= 0:
+        parser.error("take cells that are a multiple of 32, and photons above 0.")
+    Path(options.cache).mkdir(parents=True, exist_ok=True)
+    for part in options.parts:
+        PARTS[part](options)
+
+
+if __name__ == "__main__":
+    main()

@@ -114,7 +114,7 @@ def measure(images):
 
 def _shown(view, caption):
     settings = (f"view={view}",)
-    return Recipe(view, "sea", settings, draft=((360, 270), 32), final=((640, 960), 128), caption=caption)
+    return Recipe(view, "sea", settings, draft=((360, 270), 32), final=((1280, 960), 64), caption=caption)
 
 
 def _measured(name, *settings):

@@ -9,6 +9,7 @@ import hashlib
 import json
 import math
 import os
+import time
 import zipfile
 from pathlib import Path
 
@@ -20,6 +21,7 @@ from . import charts, lights
 from .density import Density, layout
 from .material import empty_tree, interface_nodes
 from .photons import ATTRIBUTE, HIDDEN, OWNER, SURFACES, Landed, Tracer, is_rendered, lands, mirrors_of, set_materials
+from .render import interruptible
 
 DIGEST = "nim_caustics_of"  # of the collection: digest() of the scene that was traced
 MULTIPLE = "nim_caustics_multiple"  # of a lamp: whether it was found by chance too; of a sky: how it was sampled
@@ -27,6 +29,7 @@ COLLECTION = "NIM Caustics"
 SIDES = (("NIM Caustics", "nim_window_low", "nim_window_high"), ("NIM Caustics Back", "nim_back_low", "nim_back_high"))
 PHOTONS = 1 << 24
 PASS = 1 << 20  # photons of a round
+SAVING = 20  # seconds between two savings of a bake
 PASSES = 64  # at least, of a light that a pass shows one point or one width of
 TRIAL = 1 << 18  # photons by which the textures are laid out
 LAMP = ("type", "energy", "color", "exposure", "use_temperature", "temperature", "use_nodes", "normalize", "angle")
@@ -52,10 +55,10 @@ class Bake:
     def __init__(self, scene, light=None, *, texels=2048, photons=PHOTONS, seed=0, most=PASS):
         self.scene, self.texels, self.seed, self.done = scene, texels, seed, 0
         scene.view_layers[0].update()  # places set by a script are not yet in the lamps' matrices
+        self.sun = lights.sun_of(scene) if light is None else None
         if light is None:
-            sun = lights.sun_of(scene)
             lamps = [lamp for lamp in lights.lamps_of(scene) if is_rendered(lamp)]
-            self.sources = [(sun, None)] if sun else []
+            self.sources = [(self.sun, None)] if self.sun else []
             self.sources += [(lights.light_of(lamp), lamp) for lamp in lamps]
         else:
             self.sources = [(one, None) for one in light]
@@ -130,7 +133,7 @@ class Bake:
                 _lamps(collection, light)
             else:
                 _split(collection, lamp)
-        if lights.sun_of(self.scene):
+        if self.sun:
             _hide_sun(self.scene.world)
         return self.density.power(self.done)
 
@@ -193,14 +196,17 @@ def bake(scene, light=None, *, progress=None, file=None, **options):
     file: None, or a path to keep the state in now and then: a bake that was killed goes on from there; gone at the end
     Raises as Bake does.
     """
-    with Bake(scene, light, **options) as one:
+    part = Path(f"{file}.part")
+    with Bake(scene, light, **options) as one, interruptible(lambda: part.unlink(missing_ok=True)):
         if file:
             one.load(file)
         if progress:
             progress(one.done, one.total)
+        saved = time.monotonic()
         for done in one:
-            if file and done % 16 == 0 and done < one.total:
+            if file and done < one.total and time.monotonic() - saved > SAVING:
                 one.save(file)
+                saved = time.monotonic()
             if progress:
                 progress(done, one.total)
         power = one.put()

@@ -131,8 +131,8 @@ class Tracer:
         materials = list(mesh.materials) or [None]
         bending = [self._bending(material) for material in materials]
         lands_here = [not b and (m is None or lands(m)) for b, m in zip(bending, materials, strict=True)]
-        # what stands in several places cannot be given a light of its own in each: it only throws a shadow
-        if any(lands_here) and not instanced:
+        # what stands in several places, or in a library, cannot be given a light of its own: it only throws a shadow
+        if any(lands_here) and not instanced and not thing.original.library:
             self._mark(mesh, matrix, lands_here, thing.original.name)
         else:
             lands_here = [False] * len(lands_here)

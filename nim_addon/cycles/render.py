@@ -35,7 +35,7 @@ def quiet(descriptor=1):
 
 
 @contextlib.contextmanager
-def _interruptible(clean_up):
+def interruptible(clean_up):
     """Let Ctrl-C or a kill end the process at once: while Cycles renders, Python's own handler would wait for its end."""
     if threading.current_thread() is not threading.main_thread() or not bpy.app.background:
         yield
@@ -144,7 +144,7 @@ def files_to(folder, name):
             os.replace(file, target)
         return targets
 
-    with _interruptible(lambda: shutil.rmtree(part, ignore_errors=True)):
+    with interruptible(lambda: shutil.rmtree(part, ignore_errors=True)):
         try:
             yield part, finish
         finally:

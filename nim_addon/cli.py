@@ -441,7 +441,6 @@ def _make(arguments, kind, parameters, record, name, output):
         return value if value is not None else record.get(key, default)
 
     try:
-        folder = render.writable_folder(arguments.out)
         scene = kind.build(parameters, backend)
     except ValueError as error:
         raise UsageError(str(error)) from None
@@ -453,6 +452,7 @@ def _make(arguments, kind, parameters, record, name, output):
             caustics.Bake(scene)
         except ValueError as error:
             raise UsageError(f"--caustics traced: {error}") from None
+    folder = render.writable_folder(arguments.out)
 
     own = record.get("size", (scene.render.resolution_x, scene.render.resolution_y))
     width, height = arguments.size(own) if arguments.size else own

@@ -53,7 +53,7 @@ class GlassParameters(Parameters):
     figures: str = mesh_file(
         "none", "three small statues around the glass: Blender's monkey or a mesh of your own", ("none", "monkey")
     )
-    sun_angle: float = number(24.0, "width of the sun; its light stays the same", 0.1, 30.0, "degrees")
+    sun_angle: float = number(24.0, "width of the sun; its light stays the same", 0.25, 30.0, "degrees")
 
 
 def build(parameters, backend="auto"):

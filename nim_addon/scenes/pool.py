@@ -38,7 +38,7 @@ class PoolParameters(Parameters):
     mu: float = number(None, "relative permeability of the liquid; the liquid's own if left out", -100.0, 100.0)
     view: str = choice("side", "where the eye is: beside the pool, above it, under water", ("side", "top", "window"))
     sky: str = choice("overcast", "the light: a grey sky, or a blue one with the sun", ("overcast", "sunny"))
-    sun_angle: float = number(0.53, "width of the sun; its light stays the same", 0.1, 20.0, "degrees")
+    sun_angle: float = number(0.53, "width of the sun; its light stays the same", 0.25, 20.0, "degrees")
     waves: float = number(
         0.02, "height of the waves, lowest trough to highest crest at time 0; 0 is calm", 0.0, 0.25, "m"
     )

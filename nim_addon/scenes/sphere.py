@@ -43,7 +43,7 @@ class SphereParameters(Parameters):
     mu: float = number(None, "relative permeability of the sphere; the sign of n if left out", -100.0, 100.0)
     companions: bool = switch(False, "an opaque red sphere behind, a blue one in front")
 
-    sun_angle: float = number(16.0, "width of the sun; its light stays the same", 0.1, 30.0, "degrees")
+    sun_angle: float = number(16.0, "width of the sun; its light stays the same", 0.25, 30.0, "degrees")
 
     def __post_init__(self):
         super().__post_init__()

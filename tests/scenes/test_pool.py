@@ -276,7 +276,7 @@ def test_liquid_and_permeability():
         ({"liquid": "0"}, "refracts nothing"),
         ({"view": "below"}, "side, top, window"),
         ({"sky": "rain"}, "overcast, sunny"),
-        ({"sun_angle": 0}, "between 0.5 and 20 degrees"),
+        ({"sun_angle": 0}, "between 0.25 and 20 degrees"),
         ({"waves": -0.1}, "between 0 and 0.25 m"),
         ({"waves": "nan"}, "out of range"),
         ({"seed": "1.5"}, "seed"),

@@ -83,12 +83,15 @@ def white_floor(liquid, sun):
 
 
 class Floor:
-    """The floor among the charts of a Bake: `name` of its object, `side`, `low` and `high` corners (2,) in metres."""
+    """The floor among the charts of a Bake: `name` of its object, its `number`, the `key` of its window, `low` and `high` corners (2,) in metres."""
 
     def __init__(self, bake):
         charts = bake.tracer.charts
+        from nim_addon.cycles.density import LEVELS
+
         number = next(k for k, one in enumerate(charts) if one.thing.startswith("Basin") and one.axis == 4)
-        self.name, self.side = charts[number].thing, 2 * number
+        # the key of the finest window of its front
+        self.name, self.number, self.key = charts[number].thing, number, LEVELS * 2 * number
         self.low, self.high = np.asarray(charts[number].low, float), np.asarray(charts[number].high, float)
 
     def grid(self, cells):
@@ -102,13 +105,13 @@ class Floor:
         size = self.grid(cells)
         texel = (self.high - self.low)[0] / cells
         window = Window.of([self.low.tolist(), texel, list(size), [0, 0]])
-        texture = Texture({self.side: window}, size[::-1], 0)
+        texture = Texture({self.key: window}, size[::-1], 0)
         return Density(bake.tracer.parts, bake.tracer.charts, {self.name: texture}, RED)
 
     def gathered(self, values, density, cells):
         """Values (H, W) a texel of this floor's texture, averaged (power per area is) over the grid: (height, width)."""
         texture = density.textures[self.name]
-        window = texture.windows[self.side]
+        window = texture.windows[self.key]
         rows, columns = (slice(a, a + n) for a, n in zip(window.at[::-1], window.cells[::-1], strict=True))
         size = self.grid(cells)
         edge = (self.high - self.low) / size
@@ -191,8 +194,8 @@ def traced(scene, photons, seed, light=None):
             pass
         irradiance = bake.density.irradiance(floor.name, bake.done)[..., 0]
         spent = since(start)
-        window = bake.density.textures[floor.name].windows[floor.side]
-        number = floor.side // 2
+        window = bake.density.textures[floor.name].windows[floor.key]
+        number = floor.number
         chart = bake.tracer.charts[number]
         area = charts.area(bake.tracer.parts, chart, number, window.low, window.texel, window.cells)
         return Traced(floor, bake.density, irradiance, area, bake.done, spent)
@@ -368,7 +371,7 @@ def estimates(one):
 
     density, floor, area = one.density, one.floor, one.area
     texture = density.textures[floor.name]
-    window = texture.windows[floor.side]
+    window = texture.windows[floor.key]
     span = slice(texture.first, texture.first + texture.size)
     rows, columns = (slice(a, a + n) for a, n in zip(window.at[::-1], window.cells[::-1], strict=True))
 

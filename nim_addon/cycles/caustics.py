@@ -18,7 +18,7 @@ import mathutils
 import numpy as np
 
 from . import charts, lights
-from .density import Density, layout
+from .density import LEVELS, Density, layout
 from .material import empty_tree, interface_nodes
 from .photons import ATTRIBUTE, HIDDEN, OWNER, SURFACES, Landed, Tracer, is_rendered, lands, mirrors_of, set_materials
 from .render import interruptible
@@ -26,7 +26,6 @@ from .render import interruptible
 DIGEST = "nim_caustics_of"  # of the collection: digest() of the scene that was traced
 MULTIPLE = "nim_caustics_multiple"  # of a lamp: whether it was found by chance too; of a sky: how it was sampled
 COLLECTION = "NIM Caustics"
-SIDES = (("NIM Caustics", "nim_window_low", "nim_window_high"), ("NIM Caustics Back", "nim_back_low", "nim_back_high"))
 PHOTONS = 1 << 24
 PASS = 1 << 20  # photons of a round
 SAVING = 20  # seconds between two savings of a bake
@@ -121,13 +120,13 @@ class Bake:
         baked = []
         for name, texture in self.density.textures.items():
             copies = list(self._copies(name, texture))
-            baked.append((name, copies, self.density.irradiance(name, self.done)))
+            baked.append((name, copies, self.density.irradiance(name, self.done), _layers(texture)))
         clear(self.scene)
         collection = bpy.data.collections.new(COLLECTION)
         collection[OWNER], collection[DIGEST] = True, digest(self.scene)
         self.scene.collection.children.link(collection)
-        for name, copies, irradiance in baked:
-            _replace(self.scene, collection, name, copies, irradiance)
+        for one in baked:
+            _replace(self.scene, collection, *one)
         for light, lamp in self.sources:
             if lamp is None:
                 _lamps(collection, light)
@@ -168,22 +167,20 @@ class Bake:
             mesh = part.mesh.copy()
             set_materials(mesh, part.materials or [None])
             mesh.attributes.remove(mesh.attributes[ATTRIBUTE])
-            for back, (uv, low, high) in enumerate(SIDES):
-                windows = {side // 2: window for side, window in texture.windows.items() if side % 2 == back}
-                if back and not any(side % 2 for side in texture.windows):
-                    continue
-                place = np.full((len(part.charts), 2), -1.0, np.float32)
+            for back, level in _layers(texture):
+                place = np.full((len(part.charts), 3), -1.0, np.float32)
                 bounds = np.zeros((2, len(part.charts), 3), np.float32)
-                for number, window in windows.items():
+                for number in np.unique(part.charts):
+                    window = texture.windows.get(LEVELS * (2 * number + back) + level) if number >= 0 else None
+                    if window is None:
+                        continue
                     mine = part.charts == number
                     flat = np.delete(part.corners[mine], self.tracer.charts[number].axis // 2, axis=1)
-                    place[mine] = ((flat - window.low) / window.texel + window.at) / (width, height)
+                    place[mine, :2] = ((flat - window.low) / window.texel + window.at) / (width, height)
                     # half a texel within, so that no neighbour shines through
                     bounds[0, mine, :2] = (window.at + 0.5) / (width, height)
                     bounds[1, mine, :2] = (window.at + window.cells - 0.5) / (width, height)
-                layer = mesh.uv_layers.new(name=uv, do_init=False)
-                layer.uv.foreach_set("vector", place.ravel())
-                for attribute, values in zip((low, high), bounds, strict=True):
+                for attribute, values in zip(_names(back, level), (place, *bounds), strict=True):
                     data = mesh.attributes.new(attribute, "FLOAT_VECTOR", "CORNER").data
                     data.foreach_set("vector", values.ravel())
             yield mesh, part.matrix
@@ -329,7 +326,17 @@ def _color(light):
     return strength / strength.max()
 
 
-def _replace(scene, collection, name, copies, irradiance):
+def _layers(texture):
+    """The (back, level) of the windows of a density.Texture: whether of the back of faces, and which of those nested."""
+    return sorted({(key // LEVELS % 2, key % LEVELS) for key in texture.windows})
+
+
+def _names(back, level):
+    """Names of the corner attributes for those windows: the place in the texture, and the window's two corners there."""
+    return [f"nim_caustics_{what}_{'back' if back else 'front'}_{level}" for what in ("place", "low", "high")]
+
+
+def _replace(scene, collection, name, copies, irradiance, layers):
     """Put a copy of the object `name`, which also shines, in its place."""
     image = bpy.data.images.new(f"{COLLECTION} {name}", *irradiance.shape[1::-1], alpha=False, float_buffer=True)
     image.colorspace_settings.name = "Non-Color"
@@ -343,10 +350,9 @@ def _replace(scene, collection, name, copies, irradiance):
         thing = bpy.data.objects.new(f"{COLLECTION} {name}", mesh)
         thing[OWNER] = True
         thing.matrix_world = matrix
-        sides = [side for side in SIDES if side[0] in mesh.uv_layers]
         for index, material in enumerate(list(mesh.materials)):
             if material is None or lands(material):
-                mesh.materials[index] = _shining(material, image, sides)
+                mesh.materials[index] = _shining(material, image, layers)
         collection.objects.link(thing)
     original[HIDDEN] = 2 if original.hide_viewport else 1
     original.hide_render = original.hide_viewport = True
@@ -429,8 +435,8 @@ def _plain_diffuse(material):
     tree.links.new(diffuse.outputs[0], tree.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
 
 
-def _shining(material, image, sides):
-    """A copy of `material` that also sends out what it would of the light in `image`, found by the names in `sides`."""
+def _shining(material, image, layers):
+    """A copy of `material` that also sends out what it would of the light in `image`, whose windows are those _layers()."""
     copy = material.copy() if material else bpy.data.materials.new(COLLECTION)
     copy[OWNER] = True
     if material is None or material.node_tree is None:
@@ -458,14 +464,20 @@ def _shining(material, image, sides):
         return add("ShaderNodeVectorMath", {0: a, 1: b}, operation=operation).outputs[0]
 
     back = add("ShaderNodeNewGeometry").outputs["Backfacing"]
-    light = None
-    for (uv, low, high), here in zip(sides, (math_node("SUBTRACT", 1.0, back), back), strict=False):
-        place = add("ShaderNodeUVMap", uv_map=uv).outputs[0]
-        limits = [add("ShaderNodeAttribute", attribute_name=name).outputs["Vector"] for name in (low, high)]
+    light, left = None, [math_node("SUBTRACT", 1.0, back), back]
+    for side, level in layers:
+        place, *limits = (
+            add("ShaderNodeAttribute", attribute_name=name).outputs["Vector"] for name in _names(side, level)
+        )
+        inside = None
         for limit, operation in zip(limits, ("GREATER_THAN", "LESS_THAN"), strict=True):
             a, b = (add("ShaderNodeSeparateXYZ", {0: one}) for one in (place, limit))
             for axis in (0, 1):
-                here = math_node("MULTIPLY", here, math_node(operation, a.outputs[axis], b.outputs[axis]))
+                within = math_node(operation, a.outputs[axis], b.outputs[axis])
+                inside = math_node("MULTIPLY", inside, within) if inside else within
+        here = math_node("MULTIPLY", left[side], inside)
+        # what a finer window shows, a coarser one does not
+        left[side] = math_node("SUBTRACT", left[side], here)
         shown = add("ShaderNodeTexImage", {"Vector": place}, image=image, interpolation="Linear").outputs["Color"]
         scaled = add("ShaderNodeVectorMath", {0: shown, "Scale": here}, operation="SCALE").outputs[0]
         light = vector("ADD", light, scaled) if light else scaled

@@ -10,6 +10,10 @@ from . import charts
 # Least share of all landed photons for which a side of a chart gets a part of a texture.
 LEAST = 1e-4
 PADDING = 4  # texels around a window
+# Some light is thrown far out. Windows lie within one another, each for this share of the photons at either edge of the next,
+# as far as it is so many times smaller.
+LEVELS, QUANTILES, SMALLER = 3, (0.05, 0.005, 0.0), 8
+FINEST = 0.75  # of a texture, for the finest windows
 SMALLEST = 64  # edge of a texture
 ENOUGH = 32  # photons that make a kernel wide enough
 RADII = (0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64)  # of kernels, in texels
@@ -40,7 +44,11 @@ class Window:
 
 
 class Texture:
-    """A texture of one object: `windows` by side, its `shape` (height, width), and the `first` of its texels in Density."""
+    """A texture of one object.
+
+    windows: by key, which is LEVELS times the side and the level, 0 the finest
+    shape:   (height, width); first: of its texels in Density
+    """
 
     def __init__(self, windows, shape, first):
         self.windows, self.shape, self.first = windows, shape, first
@@ -64,25 +72,29 @@ class Density:
         total = sum(texture.size for texture in self.textures.values())
         self.flux = np.zeros((2, 3 if color is None else 1, total), np.float32) if flux is None else flux
         self.count = np.zeros((2, total), np.float32) if count is None else count
-        sides = max((side for texture in self.textures.values() for side in texture.windows), default=-1) + 1
-        self._low, self._cells, self._at = np.zeros((sides, 2)), np.zeros((sides, 2), int), np.zeros((sides, 2), int)
-        self._texel, self._first, self._width = np.ones(sides), np.zeros(sides, int), np.zeros(sides, int)
+        keys = LEVELS * (2 * len(all_charts))
+        self._low, self._cells, self._at = np.zeros((keys, 2)), np.zeros((keys, 2), int), np.zeros((keys, 2), int)
+        self._texel, self._first, self._width = np.ones(keys), np.zeros(keys, int), np.zeros(keys, int)
         for texture in self.textures.values():
-            for side, window in texture.windows.items():
-                self._low[side], self._cells[side], self._at[side] = window.low, window.cells, window.at
-                self._texel[side], self._first[side], self._width[side] = window.texel, texture.first, texture.shape[1]
+            for key, window in texture.windows.items():
+                self._low[key], self._cells[key], self._at[key] = window.low, window.cells, window.at
+                self._texel[key], self._first[key], self._width[key] = window.texel, texture.first, texture.shape[1]
 
     def add(self, landed, half):
         """Count a pass of photons.Landed in one half of the passes, 0 or 1."""
-        known = landed.side < len(self._low)
-        side = landed.side[known]
-        cell = np.floor((landed.place[known] - self._low[side]) / self._texel[side, None]).astype(int)
-        here = np.all((cell >= 0) & (cell < self._cells[side]), axis=1)
-        side = side[here]
-        column, row = (cell[here] + self._at[side]).T
-        index = self._first[side] + row * self._width[side] + column
+        power = landed.power * landed.share[:, None]
+        left = np.arange(len(landed.side))
+        for level in range(LEVELS):
+            key = LEVELS * landed.side[left] + level
+            cell = np.floor((landed.place[left] - self._low[key]) / self._texel[key, None]).astype(int)
+            here = np.all((cell >= 0) & (cell < self._cells[key]), axis=1)
+            self._count(half, key[here], cell[here], power[left[here]])
+            left = left[~here]
+
+    def _count(self, half, key, cell, power):
+        column, row = (cell + self._at[key]).T
+        index = self._first[key] + row * self._width[key] + column
         np.add.at(self.count[half], index, np.float32(1))
-        power = (landed.power * landed.share[:, None])[known][here]
         if self.color is not None:
             strongest = int(np.argmax(self.color))
             power = power[:, strongest : strongest + 1] / self.color[strongest]
@@ -92,7 +104,7 @@ class Density:
     def state(self):
         """Arrays and texts by name, from which from_state() makes the keywords for the same Density again."""
         plain = {
-            name: [texture.shape, texture.first, {side: window.plain() for side, window in texture.windows.items()}]
+            name: [texture.shape, texture.first, {key: window.plain() for key, window in texture.windows.items()}]
             for name, texture in self.textures.items()
         }
         return {"flux": self.flux, "count": self.count, "layout": json.dumps([plain, self.color])}
@@ -102,7 +114,7 @@ class Density:
         """Keywords of Density, of what state() gave; raises KeyError or ValueError where it did not."""
         plain, color = json.loads(str(state["layout"]))
         textures = {
-            name: Texture({int(side): Window.of(values) for side, values in windows.items()}, tuple(shape), first)
+            name: Texture({int(key): Window.of(values) for key, values in windows.items()}, tuple(shape), first)
             for name, (shape, first, windows) in plain.items()
         }
         return {"textures": textures, "color": color and tuple(color), "flux": state["flux"], "count": state["count"]}
@@ -129,10 +141,16 @@ class Density:
         texture = self.textures[name]
         span = slice(texture.first, texture.first + texture.size)
         answer = np.zeros((*texture.shape, self.flux.shape[1]))
-        for side, window in texture.windows.items():
+        areas = {}
+        for key, window in sorted(texture.windows.items()):
             rows = slice(window.at[1], window.at[1] + window.cells[1])
             columns = slice(window.at[0], window.at[0] + window.cells[0])
-            area = charts.area(self.parts, self.charts[side // 2], side // 2, window.low, window.texel, window.cells)
+            chart = key // LEVELS // 2
+            area = charts.area(self.parts, self.charts[chart], chart, window.low, window.texel, window.cells)
+            for finer in range(key - key % LEVELS, key):
+                if finer in areas:
+                    _cut(area, window, areas[finer], texture.windows[finer])
+            areas[key] = area
             for half in (0, 1):
                 flux = np.moveaxis(self.flux[half, :, span].reshape(-1, *texture.shape)[:, rows, columns], 0, -1)
                 others = self.count[1 - half, span].reshape(texture.shape)[rows, columns]
@@ -148,33 +166,60 @@ def layout(all_charts, sample, texels):
     count = np.bincount(sample.side, minlength=1)
     order = np.argsort(sample.side, kind="stable")
     ends = np.cumsum(count)
-    bounds = {}
+    shares, boxes = {}, {}
     for side in np.flatnonzero(count > LEAST * len(sample.side)):
+        chart = all_charts[side // 2]
+        shares[chart.thing] = shares.get(chart.thing, 0) + count[side]
         spots = sample.place[order[ends[side] - count[side] : ends[side]]]
-        # the few that land far out leave the texels to where the light is
-        low, high = np.quantile(spots, 0.001, axis=0), np.quantile(spots, 0.999, axis=0)
-        margin = 0.02 * (high - low).max() + 1e-4
-        limits = all_charts[side // 2]
-        bounds[int(side)] = np.maximum(low - margin, limits.low), np.minimum(high + margin, limits.high)
-    names = {all_charts[side // 2].thing for side in bounds}
-    shares = {name: sum(count[side] for side in bounds if all_charts[side // 2].thing == name) for name in names}
+        boxes.setdefault(chart.thing, {})[int(side)] = _nested(spots, chart)
     textures, first = {}, 0
-    for name in sorted(names):
-        mine = {side: both for side, both in bounds.items() if all_charts[side // 2].thing == name}
+    for name, mine in sorted(boxes.items()):
+        number = sum(map(len, mine.values()))
+        least = int(np.ceil(np.sqrt(number) * (2 * PADDING + 4)))
         # as many texels a photon as where most of them land
-        least = int(np.ceil(np.sqrt(len(mine)) * (2 * PADDING + 4)))
         edge = max(SMALLEST, least, round(texels * np.sqrt(shares[name] / max(shares.values()))))
-        area = sum(float(np.prod(high - low)) for low, high in mine.values())
-        texel = max(np.sqrt(area) / edge, 1e-6)
+        deep = max(map(len, mine.values()))
+        grow = 1.0
         while True:
-            laid = {side: Window(low, high, texel) for side, (low, high) in mine.items()}
+            laid = {}
+            for level in range(deep):
+                these = {side: nest[level] for side, nest in mine.items() if level < len(nest)}
+                part = 1.0 if deep == 1 else FINEST if level == 0 else (1 - FINEST) / (deep - 1)
+                area = sum(float(np.prod(high - low)) for low, high in these.values())
+                texel = max(np.sqrt(area / part) / edge, 1e-6) * grow
+                laid |= {LEVELS * side + level: Window(*box, texel) for side, box in these.items()}
             height = _shelve(laid.values(), edge)
             if height <= edge:
                 break
-            texel *= 1.1
+            grow *= 1.1
         textures[name] = Texture(laid, (int(height), int(edge)), first)
         first += textures[name].size
     return textures
+
+
+def _nested(spots, chart):
+    """Corners (low, high) of the windows for photons that landed at `spots` (N, 2), the smallest first."""
+    nest = []
+    for share in QUANTILES[::-1]:
+        low, high = np.quantile(spots, share, axis=0), np.quantile(spots, 1 - share, axis=0)
+        margin = 0.05 * (high - low).max() + 1e-4
+        low, high = np.maximum(low - margin, chart.low), np.minimum(high + margin, chart.high)
+        if not nest or np.prod(high - low) * SMALLER < np.prod(nest[0][1] - nest[0][0]):
+            nest.insert(0, (low, high))
+    return nest
+
+
+def _cut(area, window, finer_area, finer):
+    """Take from a window's `area` (H, W) what lies in a finer one."""
+    low = (finer.low - window.low) / window.texel
+    step = finer.texel / window.texel
+    column, row = (np.floor(low[axis] + (np.arange(finer.cells[axis]) + 0.5) * step).astype(int) for axis in (0, 1))
+    inside = ((row >= 0) & (row < area.shape[0]))[:, None] & ((column >= 0) & (column < area.shape[1]))
+    index = (np.clip(row, 0, area.shape[0] - 1)[:, None] * area.shape[1] + np.clip(column, 0, area.shape[1] - 1))[
+        inside
+    ]
+    area -= np.bincount(index, finer_area[inside], area.size).reshape(area.shape)
+    np.maximum(area, 0, out=area)
 
 
 def _shelve(windows, width):

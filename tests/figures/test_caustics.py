@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The figures of the real sun: what lands under a sphere is what numpy traces, and not what another index would bring."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from nim_addon.cycles import caustics as photons
+from nim_addon.figures import caustics
+from nim_addon.figures.measure import Camera
+from nim_addon.figures.recipes import Image
+from nim_addon.scenes import sphere
+from nim_addon.scenes.stage import aim
+
+SIZE = (64, 64)
+
+
+def test_a_sphere_of_nothing_leaves_the_ground_evenly_lit():
+    nothing = sphere.SphereParameters(n=1.0, sun_angle=0.53)
+    cells = caustics.ground_in_the_sun(nothing, 0)
+    towards = np.divide(sphere.SUN, np.linalg.norm(sphere.SUN))
+    assert cells.mean() == pytest.approx(sphere.SUN_IRRADIANCE[0] * towards[2], rel=0.002)
+    assert cells.std() < 0.03 * cells.mean()
+
+
+def test_the_shadow_lies_away_from_the_sun():
+    rows, columns = np.nonzero(caustics.shadow())
+    # rows run from +y; the sun stands at -x and -y, and the picture's middle is near the shadow's
+    place = caustics.MIDDLE[0] + (columns.mean() + 0.5 - caustics.CELLS / 2) * 2 * caustics.REACH / caustics.CELLS
+    assert place == pytest.approx(-sphere.SUN[0] / sphere.SUN[2] * sphere.CENTER[2], abs=0.15)
+    assert len(rows) > 20
+
+
+def test_the_light_under_a_nim_sphere_is_that_of_its_own_index(empty_file, render, monkeypatch):
+    monkeypatch.setattr(caustics, "INDICES", (-1.5,))
+    recipe = next(one for figure in caustics.FIGURES for one in figure.recipes if one.name == "ground_-1.5")
+    parameters = sphere.SphereParameters.read(recipe.settings)
+    scene = sphere.build(parameters, "nodes")
+    scene.render.resolution_x, scene.render.resolution_y = SIZE
+    scene.cycles.samples = 16
+    aim(scene.camera, *recipe.pose)
+    recipe.change(scene)
+    each = []
+    for seed in range(4):
+        scene.cycles.seed = seed
+        photons.bake(scene, photons=1 << 18, texels=512, seed=1000 * seed)
+        each.append(render(scene))
+    image = Image(np.stack(each), Camera(*recipe.pose, SIZE), parameters)
+    assert not [claim.row() for claim in caustics.measure_sphere({"ground_-1.5": image}) if not claim.holds]
+    other = image._replace(parameters=dataclasses.replace(parameters, n=-1.45, mu=None))
+    rows = [claim.row() for claim in caustics.measure_sphere({"ground_-1.5": other}) if not claim.holds]
+    assert any("within the shadow" in row for row in rows)
+    assert math.isclose(image.parameters.n, -1.5)

@@ -83,14 +83,14 @@ def white_floor(liquid, sun):
 
 
 class Floor:
-    """The floor among the charts of a Bake: `name` of its object, its `number`, the `key` of its window, `low` and `high` corners (2,) in metres."""
+    """The floor among the charts of a Bake: `name` of its object, its `number`, `key` of its finest window, `low` and
+    `high` corners (2,) in metres."""
 
     def __init__(self, bake):
         charts = bake.tracer.charts
         from nim_addon.cycles.density import LEVELS
 
         number = next(k for k, one in enumerate(charts) if one.thing.startswith("Basin") and one.axis == 4)
-        # the key of the finest window of its front
         self.name, self.number, self.key = charts[number].thing, number, LEVELS * 2 * number
         self.low, self.high = np.asarray(charts[number].low, float), np.asarray(charts[number].high, float)
 

@@ -193,7 +193,7 @@ FIGURES = (
                     "sphere",
                     (f"n={n:g}", SUNNY),
                     draft=((400, 300), 32),
-                    final=((1280, 960), 64),
+                    final=((1280, 960), 24),
                     photons=(1 << 20, 1 << 23),
                     caption=f"n = {n:g}",
                 )
@@ -230,8 +230,8 @@ FIGURES = (
                     "glass",
                     (f"liquid={key}", SUNNY),
                     draft=((240, 240), 32),
-                    final=((800, 800), 48),
-                    photons=(1 << 20, 1 << 24),
+                    final=((800, 800), 24),
+                    photons=(1 << 20, 1 << 23),
                     caption=name,
                 )
                 for key, name in LIQUIDS.items()

@@ -181,7 +181,7 @@ FIGURES = (
         "C.1",
         "What a sphere makes of the real sun",
         "The four spheres of figure 5.4 in a sun half a degree wide. Glass gathers its light into one bright spot. The NIM "
-        "spheres send most of it sideways and back: what reaches their shadows is faint, and grows as n goes to -1.",
+        "spheres send most of it sideways and back: what reaches their shadows is faint, and fades as n goes to -1.",
         (
             "The light on the ground is that of rays which numpy sends through the same sphere, cell by cell.",
             "Within the shadow there is as much light, and where, as those rays bring.",

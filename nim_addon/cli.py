@@ -22,7 +22,6 @@ OLDEST_BLENDER = (4, 2, 0)  # the Ray Portal closure, which bends a ray backward
 BACKENDS = ("auto", "osl", "nodes")
 NAMES = {"osl": "OSL", "nodes": "Blender's own nodes"}
 CAUSTICS = ("path", "traced")
-PHOTONS = 16 << 20
 LARGEST = 16384  # pixels a side
 MOST_SAMPLES = 1 << 20
 LAST_FRAME = 9999  # four digits in a file's name
@@ -461,7 +460,7 @@ def _make(arguments, kind, parameters, record, name, output):
     # the noise must not stand still while the waves move
     scene.cycles.seed = (given(arguments.seed, "seed", 0) + (output.frame or 0)) % 2**31
     scene.cycles.use_denoising = denoise
-    photons = {"photons": given(arguments.photons, "photons", PHOTONS)} if traced else {}
+    photons = {"photons": given(arguments.photons, "photons", caustics.PHOTONS)} if traced else {}
     made = {
         "nimray": VERSION,
         "scene": kind.name,

@@ -406,6 +406,7 @@ def _split(collection, lamp):
     seen.data.cycles.use_multiple_importance_sampling = True
     seen.visible_diffuse = False
     seen[OWNER] = True
+    own = lights.emitted(lamp)
     tree = empty_tree(seen.data)
     seen.data.use_nodes = True
     path = tree.nodes.new("ShaderNodeLightPath").outputs
@@ -422,6 +423,7 @@ def _split(collection, lamp):
     tree.links.new(straight.outputs[0], both.inputs[0])
     tree.links.new(scattered.outputs[0], both.inputs[1])
     glow = tree.nodes.new("ShaderNodeEmission")
+    glow.inputs["Color"].default_value = (*own, 1.0)
     tree.links.new(both.outputs[0], glow.inputs["Strength"])
     tree.links.new(glow.outputs[0], tree.nodes.new("ShaderNodeOutputLight").inputs["Surface"])
     collection.objects.link(seen)

@@ -143,8 +143,7 @@ def light_of(thing, matrix=None):
     strength = np.array(lamp.color) * lamp.energy * 2.0 ** getattr(lamp, "exposure", 0.0)
     if getattr(lamp, "use_temperature", False):
         strength = strength * np.array(lamp.temperature_color)
-    if lamp.use_nodes and lamp.node_tree:
-        strength = strength * _emitted(thing, lamp.node_tree)
+    strength = strength * emitted(thing)
     if not getattr(lamp, "normalize", True):
         raise ValueError(f"the lamp {thing.name} is not normalized, and such are not traced; switch its Normalize on.")
     axis = tuple(-(matrix.to_3x3() @ mathutils.Vector((0, 0, 1))).normalized())
@@ -187,9 +186,14 @@ def lamps_of(scene):
     return sorted(lamps, key=lambda thing: (order.index(thing.data.type), thing.name))
 
 
-def _emitted(thing, tree):
-    """Colour times strength of a lamp's own Emission node; ValueError where more than that decides its light."""
-    nodes = [node for node in tree.nodes if node.type not in ("OUTPUT_LIGHT", "FRAME", "REROUTE")]
+def emitted(thing):
+    """Colour times strength (3,) of a lamp's own Emission node, 1 where it has none.
+
+    Raises ValueError, one sentence, where more than that decides its light.
+    """
+    if not (thing.data.use_nodes and thing.data.node_tree):
+        return np.ones(3)
+    nodes = [node for node in thing.data.node_tree.nodes if node.type not in ("OUTPUT_LIGHT", "FRAME", "REROUTE")]
     if len(nodes) == 1 and nodes[0].type == "EMISSION" and not any(socket.is_linked for socket in nodes[0].inputs):
         return np.array(nodes[0].inputs["Color"].default_value[:3]) * nodes[0].inputs["Strength"].default_value
     raise ValueError(

@@ -80,9 +80,8 @@ class Tracer:
     def _build(self):
         scene = self.scene = bpy.data.scenes.new("NIM photons")
         settings.lossless(scene, "nodes")
-        scene.cycles.min_light_bounces = scene.cycles.min_transparent_bounces = (
-            settings.BOUNCES
-        )  # no path ends by chance
+        # no path ends by chance
+        scene.cycles.min_light_bounces = scene.cycles.min_transparent_bounces = settings.BOUNCES
         scene.cycles.diffuse_bounces = 0  # scattered light is the path tracer's
         scene.cycles.pixel_filter_type = "BOX"
         scene.cycles.filter_width = 1.0

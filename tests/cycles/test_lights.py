@@ -196,3 +196,18 @@ def test_a_scene_without_a_lamp_is_refused(empty_file, one_sentence):
     with pytest.raises(ValueError) as error:
         caustics.Bake(scene)
     one_sentence(error.value, "light", "lamp")
+
+
+def test_a_lamp_with_an_emission_node_is_traced_and_seen_with_its_colour(empty_file):
+    scene = stage_of("point", Medium(-1.5))
+    lamp = scene.objects["Lamp"]
+    plain = np.array(lights.light_of(lamp).intensity)
+    lamp.data.use_nodes = True
+    nodes = surfaces.Nodes(lamp.data)
+    shader = nodes.add("ShaderNodeEmission", inputs={"Color": (0.5, 0.25, 0.125, 1), "Strength": 2.0})
+    nodes.add("ShaderNodeOutputLight", inputs={"Surface": shader.outputs[0]})
+    assert lights.light_of(lamp).intensity == pytest.approx(plain * (1.0, 0.5, 0.25))
+    caustics.bake(scene, texels=64, photons=1 << 12)
+    seen = next(one for one in scene.objects if one.type == "LIGHT" and one.get(caustics.OWNER))
+    glow = next(node for node in seen.data.node_tree.nodes if node.type == "EMISSION")
+    assert tuple(glow.inputs["Color"].default_value)[:3] == pytest.approx((1.0, 0.5, 0.25))

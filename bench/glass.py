@@ -11,6 +11,7 @@ import time
 import bpy
 
 from nim_addon.cycles.material import NODE_NAME, switch_backend
+from nim_addon.cycles.nodes import Nodes, empty_tree
 from nim_addon.cycles.render import quiet
 from nim_addon.physics import Medium
 from nim_addon.scenes import scene_type
@@ -22,14 +23,8 @@ SIZE, SAMPLES = 256, 48
 def glass_bsdf(name):
     """Blender's own glass of index 1.5, mirror-smooth."""
     material = bpy.data.materials.new(name)
-    if material.node_tree is None:
-        material.use_nodes = True
-    tree = material.node_tree
-    tree.nodes.clear()
-    glass = tree.nodes.new("ShaderNodeBsdfGlass")
-    glass.inputs["IOR"].default_value = 1.5
-    glass.inputs["Roughness"].default_value = 0.0
-    tree.links.new(glass.outputs[0], tree.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
+    nodes = Nodes(empty_tree(material))
+    nodes.end(nodes.add("ShaderNodeBsdfGlass", inputs={"IOR": 1.5, "Roughness": 0.0}))
     return material
 
 

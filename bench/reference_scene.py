@@ -29,12 +29,7 @@ def build(n, lit, size, backend="osl"):
     backend: of the sphere's material
     """
 
-    def opaque(name, paint):
-        material = bpy.data.materials.new(name)
-        nodes = surfaces.Nodes(material)
-        shader = nodes.add("ShaderNodeBsdfDiffuse" if lit else "ShaderNodeEmission", inputs={"Color": paint(nodes)})
-        nodes.add("ShaderNodeOutputMaterial", inputs={"Surface": shader.outputs[0]})
-        return material
+    opaque = surfaces.diffuse if lit else surfaces.shining
 
     def checks(nodes):
         xyz = nodes.add("ShaderNodeSeparateXYZ", inputs={0: nodes.add("ShaderNodeTexCoord").outputs["Object"]})
@@ -44,8 +39,8 @@ def build(n, lit, size, backend="osl"):
     stage = Stage("reference", (size, size), backend)
     stage.mesh("Ground", *shapes.rectangle((-40, -40), (40, 40)), opaque("Ground", checks))
     ball(stage, "Sphere", (0, 0, 1), 1.0, interface_material("Sphere", Medium(n), backend=stage.backend))
-    ball(stage, "Red", (0.5, 2.5, 0.6), 0.6, opaque("Red", lambda nodes: (*RED, 1.0)))
-    ball(stage, "Blue", (-0.9, -2.2, 0.35), 0.35, opaque("Blue", lambda nodes: (*BLUE, 1.0)))
+    ball(stage, "Red", (0.5, 2.5, 0.6), 0.6, opaque("Red", lambda nodes: RED))
+    ball(stage, "Blue", (-0.9, -2.2, 0.35), 0.35, opaque("Blue", lambda nodes: BLUE))
     stage.world(surfaces.sky("Sky", SKY_HORIZON, SKY_ZENITH))
     stage.camera((0, -6, 1.6), (0, 0, 1), 40)
     scene = stage.scene

@@ -19,7 +19,8 @@ import numpy as np
 
 from . import charts, lights
 from .density import LEVELS, Density, layout
-from .material import empty_tree, interface_nodes
+from .material import interface_nodes
+from .nodes import Nodes, empty_tree
 from .photons import ATTRIBUTE, HIDDEN, OWNER, SURFACES, Landed, Tracer, is_rendered, lands, mirrors_of, set_materials
 from .render import interruptible
 
@@ -407,34 +408,20 @@ def _split(collection, lamp):
     seen.visible_diffuse = False
     seen[OWNER] = True
     own = lights.emitted(lamp)
-    tree = empty_tree(seen.data)
+    nodes = Nodes(empty_tree(seen.data))
     seen.data.use_nodes = True
-    path = tree.nodes.new("ShaderNodeLightPath").outputs
-    straight = tree.nodes.new("ShaderNodeMath")
-    straight.operation = "MAXIMUM"
-    tree.links.new(path["Is Camera Ray"], straight.inputs[0])
-    tree.links.new(path["Is Singular Ray"], straight.inputs[1])
-    scattered = tree.nodes.new("ShaderNodeMath")
-    scattered.operation = "LESS_THAN"
-    scattered.inputs[1].default_value = 0.5
-    tree.links.new(path["Diffuse Depth"], scattered.inputs[0])
-    both = tree.nodes.new("ShaderNodeMath")
-    both.operation = "MULTIPLY"
-    tree.links.new(straight.outputs[0], both.inputs[0])
-    tree.links.new(scattered.outputs[0], both.inputs[1])
-    glow = tree.nodes.new("ShaderNodeEmission")
-    glow.inputs["Color"].default_value = (*own, 1.0)
-    tree.links.new(both.outputs[0], glow.inputs["Strength"])
-    tree.links.new(glow.outputs[0], tree.nodes.new("ShaderNodeOutputLight").inputs["Surface"])
+    path = nodes.add("ShaderNodeLightPath").outputs
+    straight = nodes.math("MAXIMUM", path["Is Camera Ray"], path["Is Singular Ray"])
+    scattered = nodes.math("LESS_THAN", path["Diffuse Depth"], 0.5)
+    strength = nodes.math("MULTIPLY", straight, scattered)
+    nodes.end(nodes.add("ShaderNodeEmission", inputs={"Color": own, "Strength": strength}), "Light")
     collection.objects.link(seen)
 
 
 def _plain_diffuse(material):
     """Give a material without nodes those of what Cycles renders in its place."""
-    tree = empty_tree(material)
-    diffuse = tree.nodes.new("ShaderNodeBsdfDiffuse")
-    diffuse.inputs["Color"].default_value = material.diffuse_color
-    tree.links.new(diffuse.outputs[0], tree.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
+    nodes = Nodes(empty_tree(material))
+    nodes.end(nodes.add("ShaderNodeBsdfDiffuse", inputs={"Color": tuple(material.diffuse_color)}))
 
 
 def _shining(material, image, layers):
@@ -447,49 +434,35 @@ def _shining(material, image, layers):
     output = next(node for node in tree.nodes if node.type == "OUTPUT_MATERIAL" and node.is_active_output)
     diffuse = next((node for node in tree.nodes if node.type in ("BSDF_DIFFUSE", "BSDF_PRINCIPLED")), None)
 
-    def add(kind, inputs=None, **properties):
-        node = tree.nodes.new(kind)
-        node[OWNER] = True
-        for key, value in properties.items():
-            setattr(node, key, value)
-        for key, value in (inputs or {}).items():
-            if isinstance(value, bpy.types.NodeSocket):
-                tree.links.new(value, node.inputs[key])
-            else:
-                node.inputs[key].default_value = value
-        return node
-
-    def math_node(operation, a, b):
-        return add("ShaderNodeMath", {0: a, 1: b}, operation=operation).outputs[0]
-
-    def vector(operation, a, b):
-        return add("ShaderNodeVectorMath", {0: a, 1: b}, operation=operation).outputs[0]
-
-    back = add("ShaderNodeNewGeometry").outputs["Backfacing"]
-    light, left = None, [math_node("SUBTRACT", 1.0, back), back]
+    nodes = Nodes(tree)
+    back = nodes.add("ShaderNodeNewGeometry").outputs["Backfacing"]
+    light, left = None, [nodes.math("SUBTRACT", 1.0, back), back]
     for side, level in layers:
         place, *limits = (
-            add("ShaderNodeAttribute", attribute_name=name).outputs["Vector"] for name in _names(side, level)
+            nodes.add("ShaderNodeAttribute", attribute_name=name).outputs["Vector"] for name in _names(side, level)
         )
         inside = None
         for limit, operation in zip(limits, ("GREATER_THAN", "LESS_THAN"), strict=True):
-            a, b = (add("ShaderNodeSeparateXYZ", {0: one}) for one in (place, limit))
+            a, b = (nodes.add("ShaderNodeSeparateXYZ", inputs={0: one}) for one in (place, limit))
             for axis in (0, 1):
-                within = math_node(operation, a.outputs[axis], b.outputs[axis])
-                inside = math_node("MULTIPLY", inside, within) if inside else within
-        here = math_node("MULTIPLY", left[side], inside)
+                within = nodes.math(operation, a.outputs[axis], b.outputs[axis])
+                inside = nodes.math("MULTIPLY", inside, within) if inside else within
+        here = nodes.math("MULTIPLY", left[side], inside)
         # what a finer window shows, a coarser one does not
-        left[side] = math_node("SUBTRACT", left[side], here)
-        shown = add("ShaderNodeTexImage", {"Vector": place}, image=image, interpolation="Linear").outputs["Color"]
-        scaled = add("ShaderNodeVectorMath", {0: shown, "Scale": here}, operation="SCALE").outputs[0]
-        light = vector("ADD", light, scaled) if light else scaled
+        left[side] = nodes.math("SUBTRACT", left[side], here)
+        shown = nodes.add("ShaderNodeTexImage", inputs={"Vector": place}, image=image, interpolation="Linear")
+        scaled = nodes.scale(shown.outputs["Color"], here)
+        light = nodes.vector("ADD", light, scaled) if light else scaled
     color = (1.0, 1.0, 1.0)
     if diffuse:
         socket = diffuse.inputs["Color" if diffuse.type == "BSDF_DIFFUSE" else "Base Color"]
         color = socket.links[0].from_socket if socket.is_linked else tuple(socket.default_value)[:3]
-    glow = add("ShaderNodeEmission", {"Color": vector("MULTIPLY", light, color), "Strength": 1 / np.pi})
+    color = nodes.vector("MULTIPLY", light, color)
+    glow = nodes.add("ShaderNodeEmission", inputs={"Color": color, "Strength": 1 / np.pi})
     before = output.inputs["Surface"].links[0].from_socket
-    both = add("ShaderNodeAddShader", {0: before, 1: glow.outputs[0]})
+    both = nodes.add("ShaderNodeAddShader", inputs={0: before, 1: glow.outputs[0]})
     tree.links.new(both.outputs[0], output.inputs["Surface"])
+    for node in nodes.added:
+        node[OWNER] = True
     copy.cycles.emission_sampling = "NONE"
     return copy

@@ -9,6 +9,7 @@ import bpy
 
 from ..physics import MEDIA, Interface, Medium
 from . import native_nodes, script_node
+from .nodes import empty_tree
 
 NODE_NAME = "NIM Interface"
 GROUP_NAMES = MappingProxyType({"osl": "NIM Interface", "nodes": "NIM Interface (nodes)"})
@@ -197,14 +198,6 @@ def interface_material(name, inside, outside=MEDIA["air"], *, backend="auto", ti
     # how solid view shows it: NIMs warm, dielectrics cool
     material.diffuse_color = (0.9, 0.6, 0.35, 0.5) if inside.is_nim or outside.is_nim else (0.5, 0.7, 0.9, 0.5)
     return material
-
-
-def empty_tree(owner):
-    """The node tree of a bpy.types.Material or World, made where it has none, with no node in it."""
-    if owner.node_tree is None:  # from 5.0 both come with their tree
-        owner.use_nodes = True
-    owner.node_tree.nodes.clear()
-    return owner.node_tree
 
 
 def interface_node(tree, inside, outside=MEDIA["air"], *, backend="auto"):

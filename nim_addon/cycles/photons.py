@@ -6,7 +6,6 @@ and only if the path met an interface or a mirror before: light that reaches a s
 """
 
 import contextlib
-from typing import NamedTuple
 
 import bpy
 import mathutils
@@ -15,7 +14,8 @@ from mathutils.bvhtree import BVHTree
 
 from . import charts, lights, settings
 from .charts import Chart, Part, read
-from .material import MARK, empty_tree, fill_group, interface_nodes, interface_of
+from .material import MARK, fill_group, interface_nodes, interface_of
+from .nodes import Nodes, empty_tree
 from .render import pixels_of
 
 ATTRIBUTE = "nim_place"
@@ -24,6 +24,7 @@ HIDDEN = "nim_caustics_hidden"  # and what it put a copy in the place of
 # Within a medium light is counted for less (Tracer.shares). The share of a crossing, (n_i / n_t)^2, travels as a colour
 # (1, 2 - s, s), which must stay positive and of mean 1, so that no path changes: s is the share to a small power.
 POWER = 0.05
+WHITE = (1.0, 1.0, 1.0)
 SHINY = 0.003  # Cycles takes a rougher closure as not quite a mirror, and finds lamps in it
 SURFACES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
 KINDS = ("objects", "meshes", "materials", "worlds", "cameras", "scenes", "node_groups")
@@ -93,11 +94,8 @@ class Tracer:
         self.group = self._optics()
         self.shine = self._shining()
         self.dark = bpy.data.materials.new("NIM dark")
-        tree = empty_tree(self.dark)
-        tree.links.new(
-            tree.nodes.new("ShaderNodeHoldout").outputs[0],
-            tree.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"],
-        )
+        nodes = Nodes(empty_tree(self.dark))
+        nodes.end(nodes.add("ShaderNodeHoldout"))
         self.bending = {}  # materials for photons, by the name of what they stand for
         bent, corners, self.surfaces = [], [], []
         with as_rendered(self.source) as depsgraph:
@@ -173,9 +171,9 @@ class Tracer:
         """Let a mirror's colour count only while the photons' colours are asked for."""
         socket = node.inputs["Color"]
         self.tinted |= socket.is_linked or tuple(socket.default_value[:3]) != (1, 1, 1)
-        mix = _mix(tree, (1, 1, 1, 1), socket.links[0].from_socket if socket.is_linked else tuple(socket.default_value))
-        tree.links.new(_switch(tree, "NIM tinted"), mix.factor)
-        tree.links.new(mix.result, socket)
+        color = socket.links[0].from_socket if socket.is_linked else tuple(socket.default_value)
+        nodes = Nodes(tree)
+        nodes.feed(socket, nodes.mix(_switch(nodes, "tinted"), WHITE, color))
 
     def _optics(self):
         """The group of the interface in Blender's nodes, with switches for its tint and for what crossings count."""
@@ -183,32 +181,21 @@ class Tracer:
         fill_group(group, "nodes")
         del group[MARK]  # no material of the file is to take it
         named = {node.label: node for node in group.nodes}
-        tree = group
+        nodes = Nodes(group)
         # Blender's Glass cannot tell what it reflects from what it lets through
         either = named["either"].inputs[0]
-        tree.links.remove(either.links[0])
+        group.links.remove(either.links[0])
         either.default_value = 0.0
         tint = named["reflected"].inputs["Color"].links[0].from_socket
-        whole = _mix(tree, (1, 1, 1, 1), tint)
-        tree.links.new(_switch(tree, "NIM tinted"), whole.factor)
-        power = tree.nodes.new("ShaderNodeMath")
-        power.operation = "POWER"
-        tree.links.new(named["q^2"].outputs[0], power.inputs[0])
-        power.inputs[1].default_value = POWER
-        rest = tree.nodes.new("ShaderNodeMath")
-        rest.operation = "SUBTRACT"
-        rest.inputs[0].default_value = 2.0
-        tree.links.new(power.outputs[0], rest.inputs[1])
-        colour = tree.nodes.new("ShaderNodeCombineXYZ")
-        colour.inputs[0].default_value = 1.0
-        tree.links.new(rest.outputs[0], colour.inputs[1])
-        tree.links.new(power.outputs[0], colour.inputs[2])
-        counted = _mix(tree, whole.result, colour.outputs[0])
-        tree.links.new(_switch(tree, "NIM counted"), counted.factor)
-        tree.links.new(whole.result, named["reflected"].inputs["Color"])
+        whole = nodes.mix(_switch(nodes, "tinted"), WHITE, tint)
+        power = nodes.math("POWER", named["q^2"].outputs[0], POWER)
+        rest = nodes.math("SUBTRACT", 2.0, power)
+        count = nodes.add("ShaderNodeCombineXYZ", inputs={0: 1.0, 1: rest, 2: power}).outputs[0]
+        counted = nodes.mix(_switch(nodes, "counted"), whole, count)
+        nodes.feed(named["reflected"].inputs["Color"], whole)
         for label in ("transmitted, same signs", "transmitted, signs differ"):
-            tree.links.new(counted.result, named[label].inputs["Color"])
-        self.trees.append(tree)
+            nodes.feed(named[label].inputs["Color"], counted)
+        self.trees.append(group)
         return group
 
     def _mark(self, mesh, matrix, lands_here, name):
@@ -247,37 +234,19 @@ class Tracer:
         """A material that emits the corner attribute where the path met an interface or a mirror; in blue 2 more on the
         back of a face, and 1 more where the path crossed interfaces an odd number of times."""
         material = bpy.data.materials.new("NIM place")
-        tree = empty_tree(material)
-
-        def node(kind, *inputs, **properties):
-            made = tree.nodes.new(kind)
-            for key, value in properties.items():
-                setattr(made, key, value)
-            for socket, value in zip(made.inputs, inputs, strict=False):
-                if isinstance(value, bpy.types.NodeSocket):
-                    tree.links.new(value, socket)
-                else:
-                    socket.default_value = value
-            return made.outputs[0]
-
-        path = tree.nodes.new("ShaderNodeLightPath").outputs
+        nodes = Nodes(empty_tree(material))
+        path = nodes.add("ShaderNodeLightPath").outputs
         # a bend backwards counts as transparent, any other as a transmission, a reflection as neither
-        crossed = node("ShaderNodeMath", path["Transparent Depth"], path["Transmission Depth"], operation="ADD")
-        bounces = node("ShaderNodeMath", path["Ray Depth"], path["Transparent Depth"], operation="ADD")
-        met = node("ShaderNodeMath", bounces, 1.0, operation="MINIMUM")
-        parity = node("ShaderNodeMath", crossed, 2.0, operation="FLOORED_MODULO")
-        back = tree.nodes.new("ShaderNodeNewGeometry").outputs["Backfacing"]
-        more = node("ShaderNodeMath", back, 2.0, parity, operation="MULTIPLY_ADD")
-        place = tree.nodes.new("ShaderNodeAttribute")
-        place.attribute_name = ATTRIBUTE
-        blue = node("ShaderNodeCombineXYZ", 0.0, 0.0, more)
-        both = node("ShaderNodeVectorMath", place.outputs["Vector"], blue, operation="ADD")
-        mix = _mix(tree, both, (1, 1, 1, 1))
-        tree.links.new(_switch(tree, "NIM white"), mix.factor)
-        glow = node("ShaderNodeEmission", mix.result, met)
-        tree.links.new(glow, tree.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
+        crossed = nodes.math("ADD", path["Transparent Depth"], path["Transmission Depth"])
+        met = nodes.math("MINIMUM", nodes.math("ADD", path["Ray Depth"], path["Transparent Depth"]), 1.0)
+        back = nodes.add("ShaderNodeNewGeometry").outputs["Backfacing"]
+        more = nodes.math("MULTIPLY_ADD", back, 2.0, nodes.math("FLOORED_MODULO", crossed, 2.0))
+        place = nodes.add("ShaderNodeAttribute", attribute_name=ATTRIBUTE).outputs["Vector"]
+        place = nodes.vector("ADD", place, nodes.add("ShaderNodeCombineXYZ", inputs={2: more}).outputs[0])
+        color = nodes.mix(_switch(nodes, "white"), place, WHITE)
+        nodes.end(nodes.add("ShaderNodeEmission", inputs={"Color": color, "Strength": met}))
         material.cycles.emission_sampling = "NONE"
-        self.trees.append(tree)
+        self.trees.append(nodes.tree)
         return material
 
     def _set(self, **switches):
@@ -402,29 +371,12 @@ def mirrors_of(material):
     return nodes if sharp else []
 
 
-class _Mixed(NamedTuple):
-    factor: bpy.types.NodeSocket
-    result: bpy.types.NodeSocket
-
-
-def _mix(tree, a, b):
-    """A new Mix node of two colours, numbers or outputs: its sockets."""
-    node = tree.nodes.new("ShaderNodeMix")
-    node.data_type = "RGBA"
-    sockets = {socket.identifier: socket for socket in node.inputs}
-    for key, value in (("A_Color", a), ("B_Color", b)):
-        if isinstance(value, bpy.types.NodeSocket):
-            tree.links.new(value, sockets[key])
-        else:
-            sockets[key].default_value = value
-    return _Mixed(sockets["Factor_Float"], next(one for one in node.outputs if one.identifier == "Result_Color"))
-
-
-def _switch(tree, name):
-    """The output of the Value node of that name in a tree, made where there is none."""
-    node = tree.nodes.get(name)
+def _switch(nodes, name):
+    """The output of a tree's Value node that Tracer._set() finds by that name, made where there is none."""
+    name = f"NIM {name}"
+    node = nodes.tree.nodes.get(name)
     if node is None:
-        node = tree.nodes.new("ShaderNodeValue")
+        node = nodes.add("ShaderNodeValue")
         node.name = name
         node.outputs[0].default_value = 0.0
     return node.outputs[0]

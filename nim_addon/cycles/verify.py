@@ -16,7 +16,8 @@ import numpy as np
 
 from ..physics import MEDIA, Interface, Medium
 from . import settings
-from .material import empty_tree, interface_material, resolve
+from .material import interface_material, resolve
+from .nodes import Nodes, empty_tree
 from .render import pixels_of
 
 # degrees; 48 lies just below the critical angle of 1.33 to air, 48.75
@@ -132,30 +133,19 @@ _KINDS = ("objects", "meshes", "materials", "worlds", "cameras", "node_groups", 
 
 def _world(scene, color):
     world = scene.world = bpy.data.worlds.new("NIM goniometer")
-    tree = empty_tree(world)
-    light = tree.nodes.new("ShaderNodeBackground")
-    light.inputs["Color"].default_value = (*color, 1.0)
-    tree.links.new(light.outputs[0], tree.nodes.new("ShaderNodeOutputWorld").inputs["Surface"])
+    nodes = Nodes(empty_tree(world))
+    nodes.end(nodes.add("ShaderNodeBackground", inputs={"Color": color}), "World")
     world.cycles.sampling_method = "NONE"
 
 
 def _glowing_floor():
     """A material that emits (0, x + OFFSET, 1)."""
     material = bpy.data.materials.new("NIM floor")
-    tree = empty_tree(material)
-    place = tree.nodes.new("ShaderNodeNewGeometry")
-    split = tree.nodes.new("ShaderNodeSeparateXYZ")
-    shift = tree.nodes.new("ShaderNodeMath")
-    shift.inputs[1].default_value = OFFSET
-    color = tree.nodes.new("ShaderNodeCombineColor")
-    color.inputs["Blue"].default_value = 1.0
-    glow = tree.nodes.new("ShaderNodeEmission")
-    output = tree.nodes.new("ShaderNodeOutputMaterial")
-    tree.links.new(place.outputs["Position"], split.inputs[0])
-    tree.links.new(split.outputs["X"], shift.inputs[0])
-    tree.links.new(shift.outputs[0], color.inputs["Green"])
-    tree.links.new(color.outputs[0], glow.inputs["Color"])
-    tree.links.new(glow.outputs[0], output.inputs["Surface"])
+    nodes = Nodes(empty_tree(material))
+    place = nodes.add("ShaderNodeNewGeometry").outputs["Position"]
+    x = nodes.add("ShaderNodeSeparateXYZ", inputs={0: place}).outputs["X"]
+    color = nodes.add("ShaderNodeCombineXYZ", inputs={1: nodes.math("ADD", x, OFFSET), 2: 1.0}).outputs[0]
+    nodes.end(nodes.add("ShaderNodeEmission", inputs={"Color": color}))
     material.cycles.emission_sampling = "NONE"
     return material
 

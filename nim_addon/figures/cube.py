@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 
+from ..cycles.nodes import Nodes, empty_tree
 from ..scenes import SceneType, cube, surfaces
 from ..scenes.cube import HALF, INTERFACE, LIFT
 from .claims import Claim
@@ -19,16 +20,9 @@ def bottom(scene):
     """Only the cube, over a ground that shines red, under a sky that shines green; its ball is gone."""
     measured(scene)
     scene.objects["Ball"].hide_render = True
-    _shine(scene.objects["Ground"].active_material, (1, 0, 0, 1))
-    nodes = surfaces.Nodes(scene.world)
-    background = nodes.add("ShaderNodeBackground", inputs={"Color": (0, 1, 0, 1)})
-    nodes.add("ShaderNodeOutputWorld", inputs={"Surface": background.outputs[0]})
-
-
-def _shine(material, color):
-    nodes = surfaces.Nodes(material)
-    shader = nodes.add("ShaderNodeEmission", inputs={"Color": color})
-    nodes.add("ShaderNodeOutputMaterial", inputs={"Surface": shader.outputs[0]})
+    scene.objects["Ground"].active_material = surfaces.shining("Ground", lambda nodes: (1, 0, 0))
+    nodes = Nodes(empty_tree(scene.world))
+    nodes.end(nodes.add("ShaderNodeBackground", inputs={"Color": (0, 1, 0)}), "World")
 
 
 def at_the_bottom(camera):

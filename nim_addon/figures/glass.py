@@ -77,14 +77,13 @@ def _direct(scene):
 
 def _glow(name, paint):
     """A material that shines with `paint(x, y, z)`, RGB of numbers or outputs, of the object's own coordinates."""
-    material = bpy.data.materials.new(name)
-    nodes = surfaces.Nodes(material)
-    place = nodes.add("ShaderNodeTexCoord").outputs["Object"]
-    x, y, z = nodes.add("ShaderNodeSeparateXYZ", inputs={0: place}).outputs
-    color = nodes.add("ShaderNodeCombineXYZ", inputs=dict(enumerate(paint(nodes, x, y, z)))).outputs[0]
-    shader = nodes.add("ShaderNodeEmission", inputs={"Color": color})
-    nodes.add("ShaderNodeOutputMaterial", inputs={"Surface": shader.outputs[0]})
-    return material
+
+    def color(nodes):
+        place = nodes.add("ShaderNodeTexCoord").outputs["Object"]
+        x, y, z = nodes.add("ShaderNodeSeparateXYZ", inputs={0: place}).outputs
+        return nodes.add("ShaderNodeCombineXYZ", inputs=dict(enumerate(paint(nodes, x, y, z)))).outputs[0]
+
+    return surfaces.shining(name, color)
 
 
 def painted_side(scene):

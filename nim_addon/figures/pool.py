@@ -11,6 +11,7 @@ import bpy
 import numpy as np
 
 from ..cycles import lights
+from ..cycles.nodes import Nodes, empty_tree
 from ..physics import Interface
 from ..scenes import pool, surfaces
 from ..scenes.stage import Pose
@@ -118,25 +119,21 @@ def _paint(thing, material):
 
 def _glow(name, color=(0, 0, 0), place=False):
     """A material that only emits: a colour, or the place itself as _coded() has it."""
-    material = bpy.data.materials.new(name)
-    nodes = surfaces.Nodes(material)
-    color = (*color, 1.0)
-    if place:
-        color = _coded(nodes, nodes.add("ShaderNodeNewGeometry").outputs["Position"], 1 / CODE)
-    shader = nodes.add("ShaderNodeEmission", inputs={"Color": color, "Strength": 1.0})
-    nodes.add("ShaderNodeOutputMaterial", inputs={"Surface": shader.outputs[0]})
-    return material
+
+    def coded(nodes):
+        return _coded(nodes, nodes.add("ShaderNodeNewGeometry").outputs["Position"], 1 / CODE)
+
+    return surfaces.shining(name, coded if place else lambda nodes: color)
 
 
 def _sky(scene, scale):
     """A black sky, or with `scale` one whose colour is its direction."""
     world = bpy.data.worlds.new("Sky")
-    nodes = surfaces.Nodes(world)
-    color = (0, 0, 0, 1)
+    nodes = Nodes(empty_tree(world))
+    color = (0, 0, 0)
     if scale:
         color = _coded(nodes, nodes.add("ShaderNodeTexCoord").outputs["Generated"], scale)
-    background = nodes.add("ShaderNodeBackground", inputs={"Color": color, "Strength": 1.0})
-    nodes.add("ShaderNodeOutputWorld", inputs={"Surface": background.outputs[0]})
+    nodes.end(nodes.add("ShaderNodeBackground", inputs={"Color": color}), "World")
     scene.world = world
     world.cycles.sampling_method = "NONE"
 

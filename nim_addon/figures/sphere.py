@@ -11,11 +11,11 @@ from itertools import pairwise
 
 import numpy as np
 
+from ..cycles.nodes import Nodes, empty_tree
 from ..physics import Interface
 from ..physics.predict import passes
 from ..physics.rays import Plane, Shapes, Sphere
 from ..scenes import sphere as scene_of
-from ..scenes import surfaces
 from ..scenes.stage import Pose
 from .claims import Claim
 from .measure import block_scores, impact, measured, smooth
@@ -53,7 +53,7 @@ def probe(scene):
     for thing in scene.objects:
         thing.hide_render = thing.type == "MESH" and thing.name != "Sphere"
     up, ahead = _probe_axes()
-    nodes = surfaces.Nodes(scene.world)
+    nodes = Nodes(empty_tree(scene.world))
     direction = nodes.add("ShaderNodeTexCoord").outputs["Generated"]
 
     def half(axis):
@@ -61,8 +61,7 @@ def probe(scene):
         return nodes.math("GREATER_THAN", along.outputs["Value"])
 
     color = nodes.add("ShaderNodeCombineXYZ", inputs={0: half(up), 1: half(ahead), 2: 1.0}).outputs[0]
-    background = nodes.add("ShaderNodeBackground", inputs={"Color": color})
-    nodes.add("ShaderNodeOutputWorld", inputs={"Surface": background.outputs[0]})
+    nodes.end(nodes.add("ShaderNodeBackground", inputs={"Color": color}), "World")
 
 
 def companions(scene):

@@ -7,48 +7,7 @@ import bpy
 import numpy as np
 
 from ..cycles import lights
-from ..cycles.material import empty_tree
-
-
-class Nodes:
-    """The node tree of a material or world, and a short way to add to it and link."""
-
-    def __init__(self, owner):
-        self.tree = empty_tree(owner)
-        self._column = 0
-
-    def add(self, kind, *, inputs=None, **properties):
-        """A node of type `kind`; `inputs` maps a socket's name or index to a value or to the output that feeds it."""
-        node = self.tree.nodes.new(kind)
-        node.location = (self._column * 220, 0)
-        self._column += 1
-        for key, value in properties.items():
-            setattr(node, key, value)
-        for key, value in (inputs or {}).items():
-            if isinstance(value, bpy.types.NodeSocket):
-                self.tree.links.new(value, node.inputs[key])
-            else:
-                node.inputs[key].default_value = value
-        return node
-
-    def math(self, operation, a, b=0.0):
-        """The output of a Math node; a and b are numbers or outputs."""
-        return self.add("ShaderNodeMath", operation=operation, inputs={0: a, 1: b}).outputs[0]
-
-    def mix(self, factor, a, b):
-        """The colour (1 - factor) a + factor b; each an output or an RGB triple."""
-        node = self.tree.nodes.new("ShaderNodeMix")
-        node.data_type = "RGBA"
-        node.location = (self._column * 220, 0)
-        self._column += 1
-        # RGBA sockets of the Mix node share names with its float and vector ones: found by identifier
-        sockets = {socket.identifier: socket for socket in node.inputs}
-        for key, value in (("Factor_Float", factor), ("A_Color", a), ("B_Color", b)):
-            if isinstance(value, bpy.types.NodeSocket):
-                self.tree.links.new(value, sockets[key])
-            else:
-                sockets[key].default_value = value if key == "Factor_Float" else (*value, 1.0)
-        return next(socket for socket in node.outputs if socket.identifier == "Result_Color")
+from ..cycles.nodes import Nodes, empty_tree
 
 
 def plain(name, color):
@@ -59,13 +18,19 @@ def plain(name, color):
 def diffuse(name, paint):
     """A Lambertian material; `paint(nodes)` returns its colour, an RGB triple or an output."""
     material = bpy.data.materials.new(name)
-    nodes = Nodes(material)
+    nodes = Nodes(empty_tree(material))
     color = paint(nodes)
     if not isinstance(color, bpy.types.NodeSocket):
         material.diffuse_color = (*color, 1.0)
-        color = (*color, 1.0)
-    shader = nodes.add("ShaderNodeBsdfDiffuse", inputs={"Color": color})
-    nodes.add("ShaderNodeOutputMaterial", inputs={"Surface": shader.outputs[0]})
+    nodes.end(nodes.add("ShaderNodeBsdfDiffuse", inputs={"Color": color}))
+    return material
+
+
+def shining(name, paint, strength=1.0):
+    """A material that only emits; `paint(nodes)` returns its colour, an RGB triple or an output."""
+    material = bpy.data.materials.new(name)
+    nodes = Nodes(empty_tree(material))
+    nodes.end(nodes.add("ShaderNodeEmission", inputs={"Color": paint(nodes), "Strength": strength}))
     return material
 
 
@@ -89,7 +54,7 @@ def sky(name, horizon, zenith, *, strength=1.0, ground=None, glow=None):
           lights.sun_of() finds it, and caustics.Bake can hide it from paths that were scattered
     """
     world = bpy.data.worlds.new(name)
-    nodes = Nodes(world)
+    nodes = Nodes(empty_tree(world))
     direction = nodes.add("ShaderNodeTexCoord").outputs["Generated"]
     up = nodes.add("ShaderNodeSeparateXYZ", inputs={0: direction}).outputs["Z"]
     elevation = nodes.math("DIVIDE", nodes.math("ARCSINE", up), math.pi / 2)
@@ -111,10 +76,8 @@ def sky(name, horizon, zenith, *, strength=1.0, ground=None, glow=None):
         gauss = nodes.math("MULTIPLY", gauss, seen)
         irradiance = np.multiply(tone, strength * gaussian(width))
         world[lights.SUN] = [*np.negative(towards).tolist(), *irradiance.tolist(), math.radians(2 * width)]
-        light = nodes.add("ShaderNodeVectorMath", operation="SCALE", inputs={0: tone, "Scale": gauss})
-        color = nodes.add("ShaderNodeVectorMath", operation="ADD", inputs={0: color, 1: light.outputs[0]}).outputs[0]
-    background = nodes.add("ShaderNodeBackground", inputs={"Color": color, "Strength": strength})
-    nodes.add("ShaderNodeOutputWorld", inputs={"Surface": background.outputs[0]})
+        color = nodes.vector("ADD", color, nodes.scale(tone, gauss))
+    nodes.end(nodes.add("ShaderNodeBackground", inputs={"Color": color, "Strength": strength}), "World")
     return world
 
 
@@ -153,10 +116,9 @@ def tiles(nodes, u, v, size, low, high, joint, width):
 def overcast(name, zenith):
     """A World: the overcast sky of the CIE, `zenith` times (1 + 2 sin(elevation)) / 3, its horizon's colour below."""
     world = bpy.data.worlds.new(name)
-    nodes = Nodes(world)
+    nodes = Nodes(empty_tree(world))
     direction = nodes.add("ShaderNodeTexCoord").outputs["Generated"]
     up = nodes.add("ShaderNodeSeparateXYZ", inputs={0: direction}).outputs["Z"]
     strength = nodes.math("DIVIDE", nodes.math("ADD", nodes.math("MULTIPLY", nodes.math("MAXIMUM", up), 2.0), 1.0), 3.0)
-    background = nodes.add("ShaderNodeBackground", inputs={"Color": (*zenith, 1.0), "Strength": strength})
-    nodes.add("ShaderNodeOutputWorld", inputs={"Surface": background.outputs[0]})
+    nodes.end(nodes.add("ShaderNodeBackground", inputs={"Color": zenith, "Strength": strength}), "World")
     return world

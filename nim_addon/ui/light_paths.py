@@ -10,8 +10,8 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, FloatVectorProp
 from mathutils.bvhtree import BVHTree
 
 from ..cycles.material import interface_nodes, interface_of
+from ..cycles.nodes import Nodes, empty_tree
 from ..physics.rays import MOST, Hit, Kind, trace
-from ..scenes.surfaces import Nodes
 
 COLLECTION = "NIM Light Paths"
 # The custom property of all we draw; that of an object holds the source it was drawn for.
@@ -557,15 +557,15 @@ def _material(kind, through):
     material[MARK] = mark
     material.diffuse_color = (*COLORS[kind], 1.0)
     material.cycles.emission_sampling = "NONE"
-    nodes = Nodes(material)
-    shader = nodes.add("ShaderNodeEmission", inputs={"Color": (*COLORS[kind], 1.0)})
+    nodes = Nodes(empty_tree(material))
+    shader = nodes.add("ShaderNodeEmission", inputs={"Color": COLORS[kind]})
     if not through:
         # a ray bent backwards still counts as the camera's; the bend counts as a transparent surface before this one
         before = nodes.add("ShaderNodeLightPath").outputs["Transparent Depth"]
         clear = nodes.add("ShaderNodeBsdfTransparent")
         behind = nodes.math("GREATER_THAN", before, 0.5)
         shader = nodes.add("ShaderNodeMixShader", inputs={0: behind, 1: shader.outputs[0], 2: clear.outputs[0]})
-    nodes.add("ShaderNodeOutputMaterial", inputs={"Surface": shader.outputs[0]})
+    nodes.end(shader)
     return material
 
 

@@ -10,6 +10,7 @@ import pytest
 from nim_addon.cycles import caustics, lights
 from nim_addon.cycles.lights import Sun
 from nim_addon.cycles.material import interface_material
+from nim_addon.cycles.nodes import empty_tree
 from nim_addon.physics import Interface, Medium
 from nim_addon.scenes import glass, pool, shapes, sphere, surfaces
 from nim_addon.scenes.stage import Stage
@@ -29,7 +30,7 @@ def scene(empty_file):
     camera = stage.camera((0, 0, -0.5), (0, 0, -1), 40)
     camera.data.type, camera.data.ortho_scale = "ORTHO", 2.0
     dark = bpy.data.worlds.new("Dark")
-    surfaces.Nodes(dark)
+    empty_tree(dark)
     stage.world(dark)
     stage.scene.cycles.samples = 4
     stage.scene.cycles.max_bounces = 0  # what the floor shines with is seen, not what that lights in turn

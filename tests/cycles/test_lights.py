@@ -10,6 +10,7 @@ import pytest
 
 from nim_addon.cycles import caustics, lights
 from nim_addon.cycles.material import interface_material
+from nim_addon.cycles.nodes import Nodes, empty_tree
 from nim_addon.physics import Medium
 from nim_addon.scenes import shapes, surfaces
 from nim_addon.scenes.stage import Stage
@@ -44,7 +45,7 @@ def stage_of(kind, medium):
     camera = stage.camera((0, 0, -0.5), (0, 0, -1), 40)
     camera.data.type, camera.data.ortho_scale = "ORTHO", 4.0
     dark = bpy.data.worlds.new("Dark")
-    surfaces.Nodes(dark)
+    empty_tree(dark)
     stage.world(dark)
     name, values = LAMPS[kind]
     data = bpy.data.lights.new("Lamp", name)
@@ -122,9 +123,8 @@ def test_through_several_tinted_media(empty_file, render):
 def test_by_way_of_a_coloured_mirror(empty_file, render):
     scene = stage_of("disk", None)
     mirror = bpy.data.materials.new("Mirror")
-    nodes = surfaces.Nodes(mirror)
-    shader = nodes.add("ShaderNodeBsdfAnisotropic", inputs={"Color": (0.9, 0.6, 0.3, 1), "Roughness": 0.0})
-    nodes.add("ShaderNodeOutputMaterial", inputs={"Surface": shader.outputs[0]})
+    nodes = Nodes(empty_tree(mirror))
+    nodes.end(nodes.add("ShaderNodeBsdfAnisotropic", inputs={"Color": (0.9, 0.6, 0.3), "Roughness": 0.0}))
     data = bpy.data.meshes.new("Mirror")
     data.from_pydata([(-1.2, y, z) for y, z in ((-1, -0.9), (1, -0.9), (1, 1), (-1, 1))], [], [(0, 1, 2, 3)])
     data.materials.append(mirror)
@@ -203,9 +203,8 @@ def test_a_lamp_with_an_emission_node_is_traced_and_seen_with_its_colour(empty_f
     lamp = scene.objects["Lamp"]
     plain = np.array(lights.light_of(lamp).intensity)
     lamp.data.use_nodes = True
-    nodes = surfaces.Nodes(lamp.data)
-    shader = nodes.add("ShaderNodeEmission", inputs={"Color": (0.5, 0.25, 0.125, 1), "Strength": 2.0})
-    nodes.add("ShaderNodeOutputLight", inputs={"Surface": shader.outputs[0]})
+    nodes = Nodes(empty_tree(lamp.data))
+    nodes.end(nodes.add("ShaderNodeEmission", inputs={"Color": (0.5, 0.25, 0.125), "Strength": 2.0}), "Light")
     assert lights.light_of(lamp).intensity == pytest.approx(plain * (1.0, 0.5, 0.25))
     caustics.bake(scene, texels=64, photons=1 << 12)
     seen = next(one for one in scene.objects if one.type == "LIGHT" and one.get(caustics.OWNER))

@@ -13,6 +13,7 @@ import pytest
 from nim_addon.cycles import material as material_module
 from nim_addon.cycles import script_node
 from nim_addon.cycles.material import NODE_NAME, SOCKETS, interface_group, interface_material, switch_backend
+from nim_addon.cycles.nodes import Nodes, empty_tree
 from nim_addon.cycles.script_node import TEXT_NAME, shader_source
 from nim_addon.physics import Interface, Medium
 from nim_addon.scenes import shapes, surfaces
@@ -34,15 +35,6 @@ def small(scene, size, samples):
     scene.render.resolution_percentage = 100
     scene.cycles.samples = samples
     return scene
-
-
-def emission(name, paint):
-    """A material that shines with the colour that paint(nodes) returns."""
-    material = bpy.data.materials.new(name)
-    nodes = surfaces.Nodes(material)
-    shader = nodes.add("ShaderNodeEmission", inputs={"Color": paint(nodes)})
-    nodes.add("ShaderNodeOutputMaterial", inputs={"Surface": shader.outputs[0]})
-    return material
 
 
 def parallel_rays(stage, d):
@@ -263,7 +255,7 @@ def test_a_sign_driven_by_a_texture_bends_both_ways(empty_file, render):
         tree.links.new(steps.outputs[0], scale.inputs[0])
         tree.links.new(scale.outputs[0], tree.nodes[NODE_NAME].inputs["Index Inside"])
         stage.mesh("Surface", *shapes.rectangle((-1, -1), (1, 1)), material)
-        halves = emission(
+        halves = surfaces.shining(
             "Floor",
             lambda nodes: nodes.math(
                 "GREATER_THAN",
@@ -292,13 +284,12 @@ def test_between_dielectrics_the_nodes_are_blenders_glass(inside, outside, empty
     for glass in (False, True):
         stage = Stage("glass", (48, 48), "nodes")
         stage.mesh(
-            "Floor", *shapes.rectangle((-9, -9), (9, 9), -1.2), emission("Floor", lambda nodes: (0.9, 0.5, 0.1, 1))
+            "Floor", *shapes.rectangle((-9, -9), (9, 9), -1.2), surfaces.shining("Floor", lambda nodes: (0.9, 0.5, 0.1))
         )
         one = interface_material("Sphere", Medium(inside), Medium(outside), backend="nodes")
         if glass:
-            nodes = surfaces.Nodes(one)
-            shader = nodes.add("ShaderNodeBsdfGlass", inputs={"Roughness": 0.0, "IOR": inside / outside})
-            nodes.add("ShaderNodeOutputMaterial", inputs={"Surface": shader.outputs[0]})
+            nodes = Nodes(empty_tree(one))
+            nodes.end(nodes.add("ShaderNodeBsdfGlass", inputs={"Roughness": 0.0, "IOR": inside / outside}))
         ball(stage, "Sphere", (0, 0, 0), 1.0, one)
         stage.camera((0, -4, 1), (0, 0, 0), 40)
         stage.world(surfaces.sky("Sky", (1.0, 0.9, 0.75), (0.25, 0.45, 0.9)))
@@ -336,7 +327,7 @@ def landing(medium, d, flipped, render, backend="osl"):
             inputs={0: nodes.math("ADD", xyz.outputs[0], 9.0), 1: nodes.math("ADD", xyz.outputs[1], 9.0), 2: 1.0},
         ).outputs[0]
 
-    stage.mesh("Floor", *shapes.rectangle((-8, -8), (8, 8), -1), emission("Floor", coordinates))
+    stage.mesh("Floor", *shapes.rectangle((-8, -8), (8, 8), -1), surfaces.shining("Floor", coordinates))
     parallel_rays(stage, d)
     r, g, b = render(small(stage.scene, 8, 16)).astype(float).mean((0, 1))
     assert b > 0.1, "nothing arrived"
@@ -391,7 +382,7 @@ def test_reflectance(inside, outside, degrees, flipped, backend, empty_file, ren
     vertices, faces = shapes.rectangle((-1, -1), (1, 1))
     faces = [face[::-1] for face in faces] if flipped else faces
     stage.mesh("Surface", vertices, faces, interface_material("Surface", inside, outside, backend=backend))
-    stage.mesh("Black", *shapes.rectangle((-99, -99), (99, 99), -1), emission("Black", lambda nodes: (0, 0, 0, 1)))
+    stage.mesh("Black", *shapes.rectangle((-99, -99), (99, 99), -1), surfaces.shining("Black", lambda nodes: (0, 0, 0)))
     stage.world(surfaces.sky("White", (1, 1, 1), (1, 1, 1)))
     angle = math.radians(degrees)
     parallel_rays(stage, (math.sin(angle), 0, -math.cos(angle)))

@@ -124,10 +124,7 @@ def test_faces_keep_their_own_material(empty_file):
     floor = scene.objects["Floor"].data
     floor.clear_geometry()
     floor.from_pydata([(x, y, -1) for y in (-9, 9) for x in (-9, 0, 9)], [], [(0, 1, 4, 3), (1, 2, 5, 4)])
-    shining = bpy.data.materials.new("Shining")
-    nodes = surfaces.Nodes(shining)
-    nodes.add("ShaderNodeOutputMaterial", inputs={"Surface": nodes.add("ShaderNodeEmission").outputs[0]})
-    floor.materials.append(shining)
+    floor.materials.append(surfaces.shining("Shining", lambda nodes: (1, 1, 1)))
     floor.polygons[1].material_index = 1
     _, place, _ = landed(scene, Sun((0, 0, -1), (1, 1, 1), 0.0))
     assert len(place) == pytest.approx(4 * SIDE**2 / 2, rel=0.02)

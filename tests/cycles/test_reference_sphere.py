@@ -34,7 +34,6 @@ def blocks(picture):
 
 def reference_scene(n, lit):
     """The scene of tests/data/README.md, to the last number, lit by the sky or shining by itself."""
-    import bpy
 
     from nim_addon.cycles.material import interface_material
     from nim_addon.physics import Medium
@@ -42,12 +41,7 @@ def reference_scene(n, lit):
     from nim_addon.scenes.sphere import ball
     from nim_addon.scenes.stage import Stage
 
-    def opaque(name, paint):
-        material = bpy.data.materials.new(name)
-        nodes = surfaces.Nodes(material)
-        shader = nodes.add("ShaderNodeBsdfDiffuse" if lit else "ShaderNodeEmission", inputs={"Color": paint(nodes)})
-        nodes.add("ShaderNodeOutputMaterial", inputs={"Surface": shader.outputs[0]})
-        return material
+    opaque = surfaces.diffuse if lit else surfaces.shining
 
     def checks(nodes):
         xyz = nodes.add("ShaderNodeSeparateXYZ", inputs={0: nodes.add("ShaderNodeTexCoord").outputs["Object"]})
@@ -57,8 +51,8 @@ def reference_scene(n, lit):
     stage = Stage("reference", (64, 48))
     stage.mesh("Ground", *shapes.rectangle((-40, -40), (40, 40)), opaque("Ground", checks))
     ball(stage, "Sphere", (0, 0, 1), 1.0, interface_material("Sphere", Medium(n)))
-    ball(stage, "Red", (0.5, 2.5, 0.6), 0.6, opaque("Red", lambda nodes: (0.8, 0.05, 0.05, 1)))
-    ball(stage, "Blue", (-0.9, -2.2, 0.35), 0.35, opaque("Blue", lambda nodes: (0.05, 0.1, 0.8, 1)))
+    ball(stage, "Red", (0.5, 2.5, 0.6), 0.6, opaque("Red", lambda nodes: (0.8, 0.05, 0.05)))
+    ball(stage, "Blue", (-0.9, -2.2, 0.35), 0.35, opaque("Blue", lambda nodes: (0.05, 0.1, 0.8)))
     stage.world(surfaces.sky("Sky", SKY_HORIZON, SKY_ZENITH))
     stage.camera((0, -6, 1.6), (0, 0, 1), 40)
     scene = stage.scene

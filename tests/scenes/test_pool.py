@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from nim_addon.cycles import caustics
+from nim_addon.cycles.nodes import Nodes, empty_tree
 from nim_addon.physics import Interface, Medium
 from nim_addon.scenes import pool, scene_type, surfaces, waves
 
@@ -56,18 +57,13 @@ def looks(scene, size=(96, 96)):
 
 def glow(name, strength):
     """A material that only emits."""
-    material = bpy.data.materials.new(name)
-    nodes = surfaces.Nodes(material)
-    shader = nodes.add("ShaderNodeEmission", inputs={"Strength": strength})
-    nodes.add("ShaderNodeOutputMaterial", inputs={"Surface": shader.outputs[0]})
-    return material
+    return surfaces.shining(name, lambda nodes: (1, 1, 1), strength)
 
 
 def uniform_world(scene, strength):
     scene.world = bpy.data.worlds.new("Uniform")
-    nodes = surfaces.Nodes(scene.world)
-    shader = nodes.add("ShaderNodeBackground", inputs={"Color": (1, 1, 1, 1), "Strength": strength})
-    nodes.add("ShaderNodeOutputWorld", inputs={"Surface": shader.outputs[0]})
+    nodes = Nodes(empty_tree(scene.world))
+    nodes.end(nodes.add("ShaderNodeBackground", inputs={"Color": (1, 1, 1), "Strength": strength}), "World")
 
 
 def dark_basin_only(scene):

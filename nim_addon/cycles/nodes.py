@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Node trees of materials, worlds and lamps, built in a few words."""
+
+import bpy
+
+
+def empty_tree(owner):
+    """The node tree of a bpy.types.Material, World or Light, made where it has none, with no node in it."""
+    if owner.node_tree is None:  # from 5.0 they come with their tree
+        owner.use_nodes = True
+    owner.node_tree.nodes.clear()
+    return owner.node_tree
+
+
+class Nodes:
+    """A short way to add nodes to a bpy.types.NodeTree and to link them, each to the right of the last one.
+
+    Where an input is asked for, a bpy.types.NodeSocket is linked to it and anything else becomes its value.
+    """
+
+    def __init__(self, tree):
+        self.tree, self.added = tree, []
+
+    def add(self, kind, *, inputs=None, **properties):
+        """A node of type `kind`; `inputs` maps a socket's name, identifier or index to what it gets."""
+        node = self.tree.nodes.new(kind)
+        node.location = (len(self.added) * 220, 0)
+        self.added.append(node)
+        for key, value in properties.items():
+            setattr(node, key, value)
+        for key, value in (inputs or {}).items():
+            self.feed(_socket(node, key), value)
+        return node
+
+    def feed(self, socket, value):
+        """Link `socket`, an input of a node, to the output `value`, or give it that value."""
+        if isinstance(value, bpy.types.NodeSocket):
+            self.tree.links.new(value, socket)
+        elif socket.type == "RGBA" and len(value) == 3:
+            socket.default_value = (*value, 1.0)
+        else:
+            socket.default_value = value
+
+    def math(self, operation, a, b=0.0, c=0.0):
+        """The output of a Math node of numbers."""
+        return self.add("ShaderNodeMath", operation=operation, inputs={0: a, 1: b, 2: c}).outputs[0]
+
+    def vector(self, operation, *vectors):
+        """The output of a Vector Math node of vectors or colours whose result is a vector."""
+        return self.add("ShaderNodeVectorMath", operation=operation, inputs=dict(enumerate(vectors))).outputs[0]
+
+    def scale(self, vector, factor):
+        """The output of a Vector Math node: factor times a vector or colour."""
+        return self.add("ShaderNodeVectorMath", operation="SCALE", inputs={0: vector, "Scale": factor}).outputs[0]
+
+    def mix(self, factor, a, b):
+        """The colour (1 - factor) a + factor b."""
+        inputs = {"Factor_Float": factor, "A_Color": a, "B_Color": b}
+        node = self.add("ShaderNodeMix", data_type="RGBA", inputs=inputs)
+        return next(socket for socket in node.outputs if socket.identifier == "Result_Color")
+
+    def end(self, shader, kind="Material"):
+        """Let a node with one output be the whole shader of a Material, or of what else `kind` names: World, Light."""
+        self.add(f"ShaderNodeOutput{kind}", inputs={"Surface": shader.outputs[0]})
+
+
+def _socket(node, key):
+    # the sockets of a Mix node share their names: they are told apart by their identifiers
+    if isinstance(key, str) and key not in node.inputs:
+        return next(socket for socket in node.inputs if socket.identifier == key)
+    return node.inputs[key]

@@ -245,7 +245,7 @@ FIGURES = (
                     photons=photons,
                     change=change,
                     pose=TABLE,
-                    seeds=6,
+                    seeds=4,
                     shown=False,
                 )
                 for key in LIQUIDS

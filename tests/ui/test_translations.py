@@ -25,7 +25,6 @@ SOURCES.append(Path(checks.__file__))
 # Literals of these modules that read like a text, and why they are none.
 NOT_SHOWN = {
     "Color": "socket",
-    "Surface": "socket",
     "Volume": "socket",
     "Transparent Depth": "socket",
     "Workbench": "name of an engine, the same in every language",

@@ -83,6 +83,18 @@ def test_the_table_is_magnified_by_the_apparent_depth_of_slabs(liquid):
     np.testing.assert_allclose(magnification, high / sum(depth / n for depth, n in slabs), rtol=2e-3)
 
 
+def test_branches_too_faint_to_be_traced_hold_too_little_light_to_count(empty_file, monkeypatch):
+    parameters = GlassParameters.read(("liquid=nim", "figures=monkey", "straw=off"))
+    image = Image(np.zeros((1, 24, 24, 3)), Camera(*glass.SIDE, (24, 24)), parameters)
+
+    def green_far_out():
+        return glass.light_shares(glass.traced_statues(image).mean(axis=0), image.camera, 1)[1]
+
+    found = green_far_out()
+    monkeypatch.setattr(glass, "LEAST", glass.LEAST / 10)
+    assert found == pytest.approx(green_far_out(), rel=0.02)
+
+
 # -- renders -----------------------------------------------------------------------------------------------------------
 
 

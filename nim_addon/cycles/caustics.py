@@ -321,9 +321,7 @@ def _hide_sun(world):
 
 def _color(light):
     """(3,) the colour of a light, its strongest channel 1."""
-    strength = next(
-        np.asarray(getattr(light, name)) for name in ("irradiance", "intensity", "radiance") if hasattr(light, name)
-    )
+    strength = np.asarray(light.irradiance if isinstance(light, lights.Sun) else light.intensity)
     return strength / strength.max()
 
 
@@ -372,7 +370,7 @@ def _lamps(collection, light):
         data = bpy.data.lights.new(COLLECTION, "AREA")
         data.shape = "ELLIPSE" if light.round else "RECTANGLE"
         data.size, data.size_y = light.size
-        data.energy = max(light.radiance) * math.pi * light.area
+        data.energy = max(light.intensity) * math.pi
         _lamp(collection, data, light).matrix_world = mathutils.Matrix(light.frame)
     else:
         data = bpy.data.lights.new(COLLECTION, "SPOT" if light.axis else "POINT")

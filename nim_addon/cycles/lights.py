@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Lights as cameras: each sends out photons as a Cycles camera sends out rays, over all of its size and directions.
 
-What a lamp's watts mean is what Cycles takes them for: P / (4 pi) into each steradian from a point or spot, P / (pi A)
-from each square metre of an area lamp into each steradian, and watts per square metre from a sun. Points and spots are
-spheres here, as Cycles has them without Soft Falloff; with it they are (radius / distance)^2 darker, close by.
+What a lamp's watts mean is what Cycles takes them for: P / (4 pi) into each steradian from a point or spot, cos / pi of P
+from a flat lamp, however large, and watts per square metre from a sun. Points and spots are spheres here, as Cycles has
+them without Soft Falloff; with it they are (radius / distance)^2 darker, close by.
 """
 
 import math
@@ -108,17 +108,12 @@ class Lamp(NamedTuple):
 
 class Area(NamedTuple):
     """A flat lamp: `frame`, a 4 x 4 matrix (it shines along -z), `size` along x and y in metres, whether it is `round`,
-    and its `radiance` (3,), the same in all directions on that side."""
+    and its `intensity` (3,), W/sr along its axis; as Lambert has it, it falls with the cosine beside that."""
 
     frame: tuple
     size: tuple
     round: bool
-    radiance: tuple
-
-    @property
-    def area(self):
-        """Square metres."""
-        return self.size[0] * self.size[1] * (math.pi / 4 if self.round else 1)
+    intensity: tuple
 
     def shots(self, target, photons, passes, random):
         """A Shot for each of the passes, each from another point of the lamp."""
@@ -133,7 +128,7 @@ class Area(NamedTuple):
             place = matrix[:3, 3] + matrix[:3, 0] * x * self.size[0] + matrix[:3, 1] * y * self.size[1]
             frame, window, size, solid = _outlook(place, target, 0.0, photons)
             cosine = np.maximum(_directions(window, size) @ np.array(frame.to_3x3()).T @ axis, 0)
-            power = (solid * cosine * self.area)[..., None] * np.asarray(self.radiance)
+            power = (solid * cosine)[..., None] * np.asarray(self.intensity)
             yield Shot(frame, None, window, 0.0, 1e6, size, power)
 
 
@@ -158,11 +153,10 @@ def light_of(thing, matrix=None):
         scale = matrix.to_scale()
         square = lamp.shape in ("SQUARE", "DISK")
         size = lamp.size * scale.x, (lamp.size if square else lamp.size_y) * scale.y
-        rigid = mathutils.Matrix.LocRotScale(matrix.translation, matrix.to_quaternion(), None)
-        light = Area(tuple(map(tuple, rigid)), size, lamp.shape in ("DISK", "ELLIPSE"), (0, 0, 0))
-        if light.area == 0:
+        if 0 in size:
             raise ValueError(f"the lamp {thing.name} has no area; give it a size.")
-        return light._replace(radiance=tuple(strength / (math.pi * light.area)))
+        rigid = mathutils.Matrix.LocRotScale(matrix.translation, matrix.to_quaternion(), None)
+        return Area(tuple(map(tuple, rigid)), size, lamp.shape in ("DISK", "ELLIPSE"), tuple(strength / math.pi))
     intensity, radius = tuple(strength / (4 * math.pi)), lamp.shadow_soft_size
     if lamp.type == "SPOT":
         return Lamp(place, intensity, radius, axis, math.cos(lamp.spot_size / 2), lamp.spot_blend)

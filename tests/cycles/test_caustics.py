@@ -127,6 +127,8 @@ def test_the_suns_own_scenes_give_their_sun_to_the_photons(empty_file):
 def test_a_narrow_sun_is_traced_a_wide_one_found_by_chance(setting, empty_file):
     scene = sphere.build(sphere.SphereParameters.read([setting]), "nodes")
     assert caustics.best_way(scene) == ("traced" if setting == "sun_angle=0.53" else "path")
+    bpy.data.objects.remove(scene.objects["Sphere"])
+    assert caustics.best_way(scene) == "path"  # nothing bends the sun's light
 
 
 def test_a_bake_that_was_stopped_goes_on(scene, tmp_path):

@@ -186,8 +186,9 @@ def test_cylinder_is_a_ball_across_its_axis_and_a_slab_along_it():
     along = tilted.direction[:, 1]
     np.testing.assert_allclose(along[tilted.n == -1.5] / along[0], 1 / -1.5, rtol=1e-7)
     np.testing.assert_allclose(along[tilted.n == 1], along[0], rtol=1e-7)
-    above = trace(wall, np.add(origins, (0, 1.01, 0)), (0, 0, -1))
-    assert set(above.fate) == {Fate.ESCAPED} and len(above.ray) == 7
+    for height, meets in ((-1.01, False), (-0.99, True), (0.99, True), (1.01, False)):
+        paths = trace(wall, np.add(origins, (0, height, 0)), (0, 0, -1))
+        assert (len(paths.ray) > 7) == meets and (set(paths.fate) == {Fate.ESCAPED}) == (not meets)
 
 
 def test_grazing_rays_are_safe():

@@ -75,7 +75,7 @@ class Bake:
         self.tracer.__enter__()
         try:
             for light, lamp in self.sources:
-                if isinstance(light, lights.Lamp):
+                if not isinstance(light, lights.Sun):
                     self.tracer.check_outside(lamp.name if lamp else "of the bake", light.place)
         except BaseException:
             self.tracer.__exit__()

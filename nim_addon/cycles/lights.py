@@ -115,6 +115,11 @@ class Area(NamedTuple):
     round: bool
     intensity: tuple
 
+    @property
+    def place(self):
+        """Its middle (3,)."""
+        return tuple(np.asarray(self.frame)[:3, 3])
+
     def shots(self, target, photons, passes, random):
         """A Shot for each of the passes, each from another point of the lamp."""
         matrix = np.asarray(self.frame, float)

@@ -155,7 +155,10 @@ class Tracer:
             self._note(interface_of(node), node)
             node.node_tree = self.group
         for node in mirrors_of(copy):
-            self._tame(copy.node_tree, node)
+            if node.type == "BSDF_GLASS":
+                self._vitrify(copy.node_tree, node)
+            else:
+                self._tame(copy.node_tree, node)
         if mirrors:
             self.trees.append(copy.node_tree)
         self.bending[material.name] = copy
@@ -167,13 +170,29 @@ class Tracer:
         tint = node.inputs["Tint"]
         self.tinted |= tint.is_linked or min(tint.default_value[:3]) < 1 or max(tint.default_value[:3]) > 1
 
+    def _vitrify(self, tree, glass):
+        """Put our interface, whose crossings are counted, in the place of Blender's Glass: they are the same."""
+        inputs = {"Index Inside": _fed(glass.inputs["IOR"]), "Tint": _fed(glass.inputs["Color"])}
+        inputs |= {"Index Outside": 1.0, "Permeability Inside": 1.0, "Permeability Outside": 1.0}
+        if glass.inputs["Normal"].is_linked:
+            inputs["Normal"] = _fed(glass.inputs["Normal"])
+        node = Nodes(tree).add("ShaderNodeGroup", node_tree=self.group, inputs=inputs)
+        for link in list(glass.outputs[0].links):
+            tree.links.new(node.outputs[0], link.to_socket)
+        self._note(interface_of(node), node)
+
     def _tame(self, tree, node):
-        """Let a mirror's colour count only while the photons' colours are asked for."""
-        socket = node.inputs["Color"]
-        self.tinted |= socket.is_linked or tuple(socket.default_value[:3]) != (1, 1, 1)
-        color = socket.links[0].from_socket if socket.is_linked else tuple(socket.default_value)
+        """Let a mirror's colour, or a refraction's, count only while the photons' colours are asked for."""
         nodes = Nodes(tree)
-        nodes.feed(socket, nodes.mix(_switch(nodes, "tinted"), WHITE, color))
+        color, ior = (_fed(node.inputs[name]) if name in node.inputs else None for name in ("Color", "IOR"))
+        self.tinted |= not isinstance(color, tuple) or color[:3] != WHITE
+        color = nodes.mix(_switch(nodes, "tinted"), WHITE, color)
+        if node.type == "BSDF_REFRACTION":
+            self.shares.add(round(ior**-2, 9) if isinstance(ior, float) and ior > 0 else None)
+            back = nodes.add("ShaderNodeNewGeometry").outputs["Backfacing"]
+            exponent = nodes.math("MULTIPLY_ADD", back, 4 * POWER, -2 * POWER)
+            color = nodes.mix(_switch(nodes, "counted"), color, _count(nodes, nodes.math("POWER", ior, exponent)))
+        nodes.feed(node.inputs["Color"], color)
 
     def _optics(self):
         """The group of the interface in Blender's nodes, with switches for its tint and for what crossings count."""
@@ -188,9 +207,7 @@ class Tracer:
         either.default_value = 0.0
         tint = named["reflected"].inputs["Color"].links[0].from_socket
         whole = nodes.mix(_switch(nodes, "tinted"), WHITE, tint)
-        power = nodes.math("POWER", named["q^2"].outputs[0], POWER)
-        rest = nodes.math("SUBTRACT", 2.0, power)
-        count = nodes.add("ShaderNodeCombineXYZ", inputs={0: 1.0, 1: rest, 2: power}).outputs[0]
+        count = _count(nodes, nodes.math("POWER", named["q^2"].outputs[0], POWER))
         counted = nodes.mix(_switch(nodes, "counted"), whole, count)
         nodes.feed(named["reflected"].inputs["Color"], whole)
         for label in ("transmitted, same signs", "transmitted, signs differ"):
@@ -369,6 +386,21 @@ def mirrors_of(material):
     nodes = [node for node in material.node_tree.nodes if node.type in kinds]
     sharp = all(not n.inputs["Roughness"].is_linked and n.inputs["Roughness"].default_value <= SHINY for n in nodes)
     return nodes if sharp else []
+
+
+def _fed(socket):
+    """What feeds a socket: an output, or the value that it has."""
+    if socket.is_linked:
+        return socket.links[0].from_socket
+    value = socket.default_value
+    return value if isinstance(value, float) else tuple(value)
+
+
+def _count(nodes, power):
+    """The colour that counts a crossing whose share has that POWER."""
+    return nodes.add("ShaderNodeCombineXYZ", inputs={0: 1.0, 1: nodes.math("SUBTRACT", 2.0, power), 2: power}).outputs[
+        0
+    ]
 
 
 def _switch(nodes, name):

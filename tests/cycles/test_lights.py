@@ -120,6 +120,32 @@ def test_through_several_tinted_media(empty_file, render):
     assert_same_mean(scene, render)
 
 
+def blenders(kind, color=(1.0, 0.9, 0.7)):
+    """A material of one of Blender's own sharp closures, of index 1.5."""
+    material = bpy.data.materials.new(kind)
+    nodes = Nodes(empty_tree(material))
+    nodes.end(nodes.add(f"ShaderNodeBsdf{kind}", inputs={"Color": color, "Roughness": 0.0, "IOR": 1.5}))
+    return material
+
+
+@pytest.mark.parametrize("below", [None, Medium(-1.33)], ids=["alone", "over a NIM"])
+@pytest.mark.parametrize("kind", ["Glass", "Refraction"])
+def test_through_blenders_own_glass(kind, below, empty_file, render):
+    """Its crossings count as those of our interface do, whatever else stands in the scene."""
+    scene = stage_of("sun", Medium(1.5))
+    surface = scene.objects["Surface"]
+    surface.data.materials[0] = blenders(kind)
+    surface.scale = (4 / 3, 4 / 3, 1)
+    if below:
+        # a slab of a NIM within the glass
+        data = bpy.data.meshes.new("Slab")
+        vertices, faces = shapes.box((-2, -2, -0.6), (2, 2, -0.4))
+        data.from_pydata(vertices, [], faces)
+        data.materials.append(interface_material("Slab", below, Medium(1.5), backend="nodes"))
+        scene.collection.objects.link(bpy.data.objects.new("Slab", data))
+    assert_same_mean(scene, render)
+
+
 def test_by_way_of_a_coloured_mirror(empty_file, render):
     scene = stage_of("disk", None)
     mirror = bpy.data.materials.new("Mirror")
@@ -182,8 +208,9 @@ def test_what_is_not_traced_is_refused(change, word, empty_file, one_sentence):
     one_sentence(error.value, word)
 
 
-def test_a_lamp_within_a_medium_is_refused(empty_file, one_sentence):
-    scene = stage_of("point", Medium(-1.5))
+@pytest.mark.parametrize("kind", ["point", "area"])
+def test_a_lamp_within_a_medium_is_refused(kind, empty_file, one_sentence):
+    scene = stage_of(kind, Medium(-1.5))
     scene.objects["Lamp"].location.z = -0.5
     with pytest.raises(ValueError) as error, caustics.Bake(scene):
         pass

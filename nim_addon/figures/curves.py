@@ -15,7 +15,7 @@ from .drawing import BLUE, GREEN, GREY, INK, ORANGE, look, number, save, sheet, 
 FIGURES = {
     "A.1": "Fresnel's equations in their standard form, which a negative index drives above 1",
     "A.2": "Fresnel's equations in impedances, which stay below 1 for either sign of the index",
-    "A.3": "POV-Ray's reflectance beside ours: the same where the permeability is 1, and only there",
+    "A.3": "POV-Ray's reflectance beside ours: the same where the permeabilities are, and not for mu = -10",
     "A.4": "Reflectance of a NIM for several permeabilities, from both sides",
 }
 

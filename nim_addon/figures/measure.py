@@ -101,7 +101,8 @@ def block_scores(each, predicted, *, side=8, quiet=1e-4):
 
     each:      (S, H, W, C), renders of different noise; S of 4 or more
     predicted: (P, H, W, C), predictions of different noise; P of 4 or more
-    quiet:     blocks whose standard error is below this hold no noise to measure in, and are left out
+    quiet:     blocks whose standard error is below this hold no noise to measure in: they count only where they are
+               further off than STANDARD_ERRORS of this size
     Returns the scores (N,), and the rms they have where there is nothing but noise: a little above 1, as their errors
     are known from few renders only (Student's t, its degrees of freedom by Welch and Satterthwaite).
     """
@@ -112,11 +113,28 @@ def block_scores(each, predicted, *, side=8, quiet=1e-4):
         freedom.append(len(values) - 1)
     total = variances[0] + variances[1]
     noisy = np.sqrt(total) >= quiet
-    with np.errstate(invalid="ignore", divide="ignore"):
+    scores = (means[0] - means[1]) / np.maximum(np.sqrt(total), quiet)
+    with np.errstate(invalid="ignore"):
         degrees = np.square(total) / sum(np.square(v) / f for v, f in zip(variances, freedom, strict=True))
-        scores = (means[0] - means[1]) / np.sqrt(total)
     degrees = degrees[noisy]
-    return scores[noisy], float(np.sqrt(np.mean(degrees / (degrees - 2))))
+    counts = noisy | (np.abs(scores) > STANDARD_ERRORS)
+    return scores[counts], float(np.sqrt(np.mean(degrees / (degrees - 2))))
+
+
+def misplaced(each, predicted):
+    """The share of light that lies in other cells than predicted, and what noise alone makes of it.
+
+    each, predicted: (S, ...) and (P, ...), irradiance of cells in pictures of different noise; S and P even
+    Returns the share by chance, and that found: half the sum of all differences, in the light of all.
+    """
+    whole = np.mean(predicted, axis=0).sum()
+
+    def share(*signs):
+        means = [np.tensordot(np.resize(signs, len(stack)), stack, 1) / len(stack) for stack in (each, predicted)]
+        return float(np.abs(means[0] - means[1]).sum() / 2 / whole)
+
+    # with every second picture turned round nothing is left but noise, and as much of it
+    return share(1, -1), share(1, 1)
 
 
 def estimate(statistic, *stacks):

@@ -16,7 +16,7 @@ from ..physics import Interface
 from ..scenes import pool, surfaces
 from ..scenes.stage import Pose
 from .claims import Claim
-from .measure import blocks, compare, measured
+from .measure import blocks, compare, measured, misplaced
 from .recipes import Figure, Recipe
 
 # The eye of the measurements under water looks straight up; half a turn of its picture is a turn about the vertical.
@@ -437,12 +437,14 @@ def _sunny_claims(key, name, images):
         of_all = wanted.mean(axis=0)
         mean, contrast = compare(lambda cells, of_all=of_all: (cells.mean(), slope(cells, of_all)), (wanted,), (found,))
         what = f"{name}, a sun of {width:g} degrees, {way}"
-        claims.append(Claim(f"{what}: irradiance of the floor, mean", *mean, "W/m2"))
+        claims.append(Claim(f"{what}: irradiance of the floor / n^2, as Cycles counts it, mean", *mean, "W/m2"))
         if way == "traced":
             # its noise is so small that the surface shows, bilinear there and triangles here, and that a kernel spreads
             # each photon over a tenth of a cell or so
             mean, contrast = (*mean[:2], mean[2] + 0.001 * mean[0]), (*contrast[:2], contrast[2] + 0.02)
         claims.append(Claim(f"{what}: contrast of its caustics in those that numpy traces", *contrast))
+        text = f"{what}: share of the light in other cells than what numpy traces (predicted: noise alone)"
+        claims.append(Claim(text, *misplaced(found, wanted), 0.005))
     basin = images[f"{key}_blanket"]
     place = Waves(basin.parameters).mirrored_place(basin.camera)
     radius, angle = window_radius(basin.parameters.liquid), off_vertical(basin.camera)
@@ -482,8 +484,11 @@ def _pairs(settings, caption, **frames):
     )
 
 
+WAVES = "waves=0.04"  # of figure 5.9
+
+
 def _lit(key, way):
-    return f"liquid={key}", "waves=0.05", "sky=sunny", f"sun_angle={SUNS[way]:g}"
+    return f"liquid={key}", WAVES, "sky=sunny", f"sun_angle={SUNS[way]:g}"
 
 
 TOP_EYE = pool.pose(pool.PoolParameters(view="top")).eye[2]
@@ -547,16 +552,16 @@ FIGURES = (
     Figure(
         "5.9",
         "The pool on a sunny day, with water and with a NIM",
-        "Above the same eye, in the sun, which is as narrow as the real one; below the pool from the top. The waves gather "
+        "Above the same eye, in the sun, half a degree wide; below the pool from the top. The waves gather "
         "the light into webs on floor and walls, and the blanket shows them a second time, mirrored. A NIM bends the light "
-        "the other way and by seven times as much, so its webs are sharp and close where water's are wide and faint.",
+        "the other way and by five times as much, so its webs are sharp and close where water's are wide and faint.",
         (
             "The caustics on the floor are those that rays from the sun make in the same waves: in a sun so wide that the "
             "path tracer finds it by chance, and in the real one, traced from the light.",
             "The blanket mirrors the floor, each place where the waves' slopes put it.",
         ),
         (
-            *_pairs(("sky=sunny", "waves=0.04"), "{name}, sunny", photons=(1 << 20, 1 << 24)),
+            *_pairs(("sky=sunny", WAVES), "{name}, sunny", photons=(1 << 20, 1 << 24)),
             *(
                 _shown(
                     f"{key}_top",
@@ -564,7 +569,7 @@ FIGURES = (
                     f"liquid={key}",
                     "view=top",
                     "sky=sunny",
-                    "waves=0.04",
+                    WAVES,
                     photons=(1 << 20, 1 << 24),
                 )
                 for key, name in LIQUIDS.items()
@@ -578,7 +583,7 @@ FIGURES = (
                 )
             ),
             *(
-                _measured(f"{key}_blanket", basin_of_places, f"liquid={key}", "view=window", pose=STRAIGHT_UP)
+                _measured(f"{key}_blanket", basin_of_places, f"liquid={key}", "view=window", WAVES, pose=STRAIGHT_UP)
                 for key in LIQUIDS
             ),
         ),

@@ -201,7 +201,7 @@ def _unlit_claims(images, indices):
         image = images[f"unlit_{n:g}"]
         scores, expected = block_scores(image.each, predicted_unlit(image.parameters, image.camera))
         rms = float(np.sqrt(np.mean(np.square(scores))))
-        text = f"n = {n:g}: distance of {len(scores)} blocks to the picture traced without Cycles, rms"
+        text = f"n = {n:g}: distance to the picture traced without Cycles, rms of 8 x 8 pixels in each colour"
         claims.append(Claim(text, expected, rms, 0.15, "standard errors"))
     return claims
 
@@ -248,7 +248,9 @@ def _companion_claims(image, n, inner, through_air):
         claims.append(Claim(f"{name}: share of the red sphere's image that lies in the inner region", *only, 0.01))
         # on this side nothing is mirrored by the front of the sphere
         ring = [float(pixels[away & (b > inner), 2].sum() / pixels[away, 2].sum()) for pixels in pair]
-        claims.append(Claim(f"{name}: share of the refracted blue light that lies in the outer region", *ring, 0.005))
+        claims.append(
+            Claim(f"{name}: share of the blue light, away from the blue sphere, in the outer region", *ring, 0.005)
+        )
     area = [float(np.sum(one) / size) for one, size in zip(red, through_air, strict=True)]
     text = f"{name}: size of the red sphere's image, in that through air"
     claims.append(Claim(text, *area, max(0.003, 0.03 * area[0])))
@@ -308,7 +310,9 @@ FIGURES = (
         "5.4",
         "A transparent sphere, from glass to a NIM of index near -1",
         "One sphere, four indices: 1.5 and -1.5 above, -1.33 and -1.025 below. Glass turns the landscape upside down. "
-        "A NIM does so in the middle only, and wraps the middle in a ring that shows what stands before the sphere.",
+        "A NIM does so in the middle only, and wraps the middle in a ring that shows what stands before the sphere. (The "
+        "middle is what looks ahead here. The thesis divides by the half of the sphere that a ray leaves from, which for "
+        "n = -1.5 is further out, at 0.638 of the radius: see B.1.)",
         (
             "The inner region of a NIM sphere shows what is behind it, upside down; the glass sphere does everywhere.",
             "The outer region shows what is in front.",
@@ -324,10 +328,11 @@ FIGURES = (
         "5.6",
         "A transparent sphere with a red one behind and a blue one in front",
         "Indices 1.5 and -1.5 above, -2.418 and -4.1 below. Behind a NIM the red sphere is seen in the middle, small; the "
-        "blue one, which stands before it, appears in the ring around it, narrower the larger the index.",
+        "blue one, which stands before it, appears in the ring around it, narrower the larger the index. The larger the "
+        "index, the more of it is mirrored, too, by the front of the sphere: below the middle, on the blue one's side.",
         (
             "The red sphere is seen in the inner region only, and smaller than through air.",
-            "The blue sphere is seen in the outer region.",
+            "The blue sphere is seen in the outer region, in the half turned away from it, where nothing mirrors it.",
             "The outer region shrinks as the magnitude of n grows.",
             "The whole picture, unlit, is the one that numpy traces, to its own noise.",
         ),

@@ -138,9 +138,9 @@ class Interface:
 def povray_reflectance(n_i, n_t, cos_i):
     """Unpolarised reflectance as POV-Ray computes it (thesis A.1 to A.3), for comparison.
 
-    n_i, n_t, cos_i: (...), broadcast. It knows no permeability: it agrees with Interface.fresnel where |mu| = 1 on both
-    sides, for either sign of the indices, and nowhere else. Thesis A.3 prints (n_i / n_t)^2; POV-Ray's source, and
-    agreement with Fresnel, want (n_t / n_i)^2.
+    n_i, n_t, cos_i: (...), broadcast. It knows no permeability: it agrees with Interface.fresnel where |mu| is the same
+    on both sides (or |epsilon|, which exchanges s and p), for either sign of the indices. Thesis A.3 prints
+    (n_i / n_t)^2; POV-Ray's source, and agreement with Fresnel, want (n_t / n_i)^2.
     """
     n_i, n_t, c = np.broadcast_arrays(np.asarray(n_i, float), np.asarray(n_t, float), _cosine(cos_i))
     g2 = np.square(n_t / n_i) + np.square(c) - 1

@@ -7,7 +7,16 @@ import numpy as np
 import pytest
 
 from nim_addon.figures import sphere
-from nim_addon.figures.measure import STANDARD_ERRORS, Camera, block_scores, blocks, compare, estimate, impact
+from nim_addon.figures.measure import (
+    STANDARD_ERRORS,
+    Camera,
+    block_scores,
+    blocks,
+    compare,
+    estimate,
+    impact,
+    misplaced,
+)
 from nim_addon.physics import Interface
 from nim_addon.physics.rays import Fate, Shapes, Sphere, trace
 from nim_addon.scenes import sphere as scene_of
@@ -94,6 +103,27 @@ def test_the_scores_of_noise_are_as_expected():
     assert rms(scores) == pytest.approx(expected, rel=0.05)
     shifted, _ = block_scores(random.normal(0.5, 1, (8, 256, 256, 3)), random.normal(0, 2, (12, 256, 256, 3)))
     assert rms(shifted) > 2 * expected
+
+
+def test_blocks_without_noise_count_where_they_differ():
+    noise = np.random.default_rng(3).normal(0, 1, (2, 8, 64, 64, 3))
+    noise[:, :, :16] = 0.25
+    scores, expected = block_scores(*noise)
+    assert scores.size == 6 * 8 * 3 and rms(scores) == pytest.approx(expected, rel=0.2)
+    noise[0, :, :16] += 0.001
+    assert rms(block_scores(*noise)[0]) > 2 * expected
+
+
+def test_misplaced_light_is_noise_or_more():
+    random = np.random.default_rng(4)
+    light = np.full((20, 20), 3.0)
+    stacks = [light + random.normal(0, 0.1, (count, 20, 20)) for count in (4, 8)]
+    by_chance, share = misplaced(*stacks)
+    error = 0.1 * math.sqrt(1 / 4 + 1 / 8)
+    assert (by_chance, share) == pytest.approx([math.sqrt(2 / math.pi) * error / 2 / 3] * 2, rel=0.15)
+    # a chequer of a tenth more and less moves a twentieth of the light, and no mean
+    wrong = 1 + 0.1 * (-1.0) ** np.indices((20, 20)).sum(axis=0)
+    assert misplaced(stacks[0] * wrong, stacks[1])[1] == pytest.approx(0.05, rel=0.05)
 
 
 def test_the_standard_error_of_a_statistic_is_the_scatter_it_has():

@@ -43,7 +43,7 @@ def images(empty_file, render):
             for seed in range(recipe.seeds):
                 scene.cycles.seed = seed
                 if recipe.photons:
-                    caustics.bake(scene, photons=1 << 18, texels=512, seed=1000 * seed)
+                    caustics.bake(scene, photons=recipe.photons[0], texels=run.TEXELS[False], seed=1000 * seed)
                 each.append(render(scene))
             found[recipe.name] = Image(np.stack(each), Camera(*pose, size), parameters)
         return found

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """For people: set up, render, test, make the scenes, the extension, the pages and the benchmarks. Standard library only.
 
-  python3 build.py render sphere       any nimray command: render, compare, figures, rays, verify, fresnel, info...
+  python3 build.py render sphere       any nimray command: render, compare, figures, rays, scenes, verify, fresnel, info...
   python3 build.py test                run the tests (more words go to pytest)
-  python3 build.py scenes [sea...]     write blend_scenes/*.blend, the presets and the asset library (some minutes), or only
+  python3 build.py blends [sea...]     write blend_scenes/*.blend, the presets and the asset library (some minutes), or only
                                        what is named: glass, pool, sphere, sea; or presets; or assets
   python3 build.py package             build and validate dist/nim_addon-X.Y.Z.zip with Blender's own tool
   python3 build.py docs [--out DIR]    make the pages of docs/ as HTML, in dist/docs/ or DIR (needs no Blender)
@@ -27,7 +27,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent
 # The Python that each Blender's module is built for.
 PYTHON = {"4.5": (3, 11), "5.0": (3, 11), "5.2": (3, 13)}
-NIMRAY = ("render", "compare", "figures", "rays", "verify", "fresnel", "doctor", "info")
+NIMRAY = ("render", "compare", "figures", "rays", "scenes", "verify", "fresnel", "doctor", "info")
 
 
 def main(words):
@@ -43,7 +43,7 @@ def main(words):
         print(__doc__.strip())
         return 0 if words else 2
     command, rest = words[0], words[1:]
-    known = {"setup": setup, "test": test, "scenes": scenes, "package": package, "docs": docs, "bench": bench}
+    known = {"setup": setup, "test": test, "blends": blends, "package": package, "docs": docs, "bench": bench}
     if command not in known and command not in NIMRAY:
         return complain(f"there is no command {command!r}; the ones that exist are {', '.join([*known, *NIMRAY])}.")
     try:
@@ -145,7 +145,7 @@ def test(python, rest):
     return run(python, "-m", "pytest", *rest)
 
 
-def scenes(python, rest):
+def blends(python, rest):
     """Write blend_scenes/*.blend, and the presets and assets that the extension brings along; or only what is named."""
     if rest and rest[0] not in ("presets", "assets"):
         return run(python, "blend_scenes/make.py", *rest)

@@ -1,4 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-from .cli import script
+"""Where the command starts: `nimray ...` and `python -m nim_addon ...`."""
 
-script()
+import sys
+
+
+def script():
+    """Run the command and end the process; where numpy is missing, without which there is nothing to run, say so."""
+    try:
+        from . import cli
+    except ModuleNotFoundError as error:
+        if error.name != "numpy":
+            raise
+        sys.exit(
+            "nimray: it needs numpy, which this Python does not have; in the project's folder run python3 build.py ..., "
+            "or pip install . to have nimray here."
+        )
+    cli.script()
+
+
+if __name__ == "__main__":
+    script()

@@ -909,6 +909,7 @@ def _can_denoise():
 
 
 def _info(arguments):
+    _bpy()
     from .cycles.render import read_metadata
 
     try:

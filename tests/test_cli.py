@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The command, run as a person runs it."""
 
+import argparse
 import csv
+import importlib.util
 import json
 import os
 import signal
@@ -23,9 +25,14 @@ from nim_addon.scenes import scene_type
 ROOT = Path(__file__).parents[1]
 SMALL = ("--size", "32x24", "--samples", "4")
 
+spec = importlib.util.spec_from_file_location("build", ROOT / "build.py")
+build = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(build)
 
-def nimray(*words, where=None, **more):
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+
+def nimray(*words, where=None, instead=None, **more):
+    """Run the command; `instead` is a folder of modules that stand in for installed ones."""
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(map(str, filter(None, (instead, ROOT))))}
     return subprocess.run(
         [sys.executable, "-m", "nim_addon", *map(str, words)],
         capture_output=True,
@@ -293,6 +300,25 @@ def test_doctor_finds_nothing_wrong_here(capsys):
     facts = json.loads(capsys.readouterr().out)
     assert facts["osl"] is True
     assert facts["problems"] == []
+
+
+@pytest.mark.parametrize("module", ("numpy", "bpy"))
+@pytest.mark.parametrize("command", ("scenes", "info x.exr", "doctor", "render sphere"))
+def test_a_python_that_lacks_something_is_told_so_in_a_sentence(module, command, tmp_path):
+    text = f"raise ModuleNotFoundError(\"No module named '{module}'\", name='{module}')"
+    (tmp_path / f"{module}.py").write_text(text)
+    done = nimray(*command.split(), where=tmp_path, instead=tmp_path)
+    said = done.stdout + done.stderr
+    assert done.returncode == 1
+    assert "Traceback" not in said
+    assert {"numpy": "python3 build.py ...", "bpy": "run: python -m pip install bpy"}[module] in said
+    if (module, command) != ("bpy", "doctor"):  # which has more to say
+        assert (done.stdout, done.stderr.count("\n")) == ("", 1)
+
+
+def test_build_runs_every_command_of_nimray():
+    (commands,) = (action for action in cli._parser()._actions if isinstance(action, argparse._SubParsersAction))
+    assert set(build.NIMRAY) == set(commands.choices)
 
 
 def test_physics_commands_do_not_wait_for_blender():

@@ -15,5 +15,5 @@ def texts(folder):
 def test_the_shipped_presets_are_those_of_the_recipes(tmp_path, monkeypatch):
     monkeypatch.setattr(sys, "argv", ["make_presets.py", str(tmp_path)])
     runpy.run_path(str(ROOT / "blend_scenes" / "make_presets.py"))
-    assert texts(ROOT / "nim_addon" / "presets" / "nim_addon") == texts(tmp_path), "run python3 build.py scenes presets"
+    assert texts(ROOT / "nim_addon" / "presets" / "nim_addon") == texts(tmp_path), "run python3 build.py blends presets"
     assert len(texts(tmp_path)) > 20

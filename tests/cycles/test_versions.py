@@ -87,7 +87,7 @@ def test_a_changed_group_has_a_new_version(empty_file, backend):
         pytest.skip("Blender's own nodes have other sockets in each version: the fingerprint is of those of 4.5")
     assert fingerprint(group) == FINGERPRINTS[backend], (
         "the group is not what it was: raise VERSION in cycles/material.py, so that older files are brought up to "
-        "date, run build.py scenes, and put the new fingerprint here"
+        "date, run build.py blends, and put the new fingerprint here"
     )
 
 

@@ -64,7 +64,7 @@ def test_the_library_is_small_and_of_the_present_version(stored):
     assert FILE.stat().st_size < 1_000_000
     groups = [group for group in bpy.data.node_groups if group.get(material.MARK)]
     assert [group.name for group in groups] == ["NIM Interface (nodes)"]
-    assert groups[0][material.VERSION_MARK] == material.VERSION, "run python3 build.py scenes"
+    assert groups[0][material.VERSION_MARK] == material.VERSION, "run python3 build.py blends"
 
 
 def test_the_materials_are_the_media(stored):

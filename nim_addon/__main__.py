@@ -3,9 +3,12 @@
 
 import sys
 
+from . import stopping
+
 
 def script():
     """Run the command and end the process; where numpy is missing, without which there is nothing to run, say so."""
+    stopping.at_once()
     try:
         from . import cli
     except ModuleNotFoundError as error:

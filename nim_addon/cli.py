@@ -9,12 +9,14 @@ import json
 import math
 import os
 import re
+import signal
 import sys
 import threading
 import time
 from pathlib import Path
 
 from . import __version__ as VERSION
+from . import stopping
 from .physics import MEDIA, Interface, Medium
 
 OLDEST_BLENDER = (4, 2, 0)  # the Ray Portal closure, which bends a ray backwards, came with it
@@ -52,8 +54,8 @@ def main(argv=None):
         return _complain(error, USAGE)
     except (Failure, OSError, RuntimeError) as error:
         return _complain(error, FAILURE)
-    except KeyboardInterrupt:
-        return _complain("stopped.", 130)
+    except KeyboardInterrupt as stop:
+        return _complain("stopped.", 128 + (stop.args[0] if stop.args else signal.SIGINT))
 
 
 def _complain(error, code):
@@ -62,7 +64,7 @@ def _complain(error, code):
 
 
 def script():
-    """Entry of the installed command: main(), then an exit without Blender's noise about memory it still holds."""
+    """What __main__ runs: main(), then an exit without Blender's noise about memory it still holds."""
     code = main()
     sys.stdout.flush()
     sys.stderr.flush()
@@ -307,6 +309,7 @@ def _bpy():
         raise Failure(
             f"Blender is not installed as a Python module ({error}); run: python -m pip install bpy"
         ) from None
+    stopping.clear_away()
     if bpy.app.version < OLDEST_BLENDER:
         oldest = ".".join(map(str, OLDEST_BLENDER[:2]))
         raise Failure(
@@ -790,6 +793,7 @@ def _print_figure(record, arguments):
 def _rays(arguments):
     from .figures.diagrams import diagram
 
+    stopping.clear_away()
     file = arguments.out or f"{arguments.scene}.svg"
     try:
         print(diagram(arguments.scene, arguments.n, arguments.mu, arguments.beam, file))

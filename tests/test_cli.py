@@ -140,6 +140,49 @@ def test_ctrl_c_or_a_kill_stops_at_once_and_leaves_nothing(how, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+def standing_in(folder, module, how):
+    """Make a module that, as it is imported, sends a signal to its own process and holds on to any exception."""
+    (folder / f"{module}.py").write_text(f"""
+import os, time
+try:
+    os.kill(os.getpid(), {how:d})
+    time.sleep(20)
+except BaseException:
+    pass
+""")
+
+
+@pytest.mark.parametrize("how", (signal.SIGINT, signal.SIGTERM))
+@pytest.mark.parametrize("module", ("numpy", "bpy"))
+def test_ctrl_c_or_a_kill_stops_what_still_loads(module, how, tmp_path):
+    """Their imports swallow exceptions: the render went on to its end."""
+    standing_in(tmp_path, module, how)
+    done = nimray("render", "sphere", where=tmp_path, instead=tmp_path)
+    assert (done.returncode, done.stdout, done.stderr) == (128 + how, "", "nimray: stopped.\n")
+
+
+@pytest.mark.parametrize("how", (signal.SIGINT, signal.SIGTERM))
+@pytest.mark.parametrize(
+    ("command", "where"), (("figures 5.8 --out new", "new/5.8"), ("rays sphere --out new/a.svg", "new"))
+)
+def test_ctrl_c_or_a_kill_leaves_nothing_of_a_drawing(command, where, how, tmp_path):
+    work = tmp_path / "work"
+    work.mkdir()
+    (tmp_path / "sitecustomize.py").write_text(f"""
+import os, signal, sys, time
+class Late:
+    # the last thing that a drawing is written with
+    def find_spec(self, name, path, target=None):
+        if name == "matplotlib.backends.backend_svg":
+            os.kill(os.getpid(), {how:d})
+            time.sleep(20)
+sys.meta_path.insert(0, Late())
+""")
+    done = nimray(*command.split(), where=work, instead=tmp_path)
+    assert (done.returncode, done.stdout, done.stderr) == (128 + how, "", "nimray: stopped.\n")
+    assert not list((work / where).rglob("*"))
+
+
 REFUSED = [
     ("render sphere --photons 100", "--caustics traced"),
     ("render pool --caustics traced", "no light to trace"),

@@ -48,11 +48,11 @@ def main(words):
         return complain(f"there is no command {command!r}; the ones that exist are {', '.join([*known, *NIMRAY])}.")
     try:
         python = writing() if command == "docs" else environment(blender)
+        return nimray(python, command, *rest) if command in NIMRAY else known[command](python, rest)
     except SetupError as error:
         return complain(str(error), 1)
-    if command in NIMRAY:
-        return run(python, "-m", "nim_addon", command, *rest, where=None)
-    return known[command](python, rest)
+    except KeyboardInterrupt:
+        return complain("stopped.", 130)
 
 
 def complain(sentence, code=2):
@@ -63,12 +63,28 @@ def complain(sentence, code=2):
 
 def run(python, *words, where=ROOT):
     """Run the environment's Python; returns its exit code. `where` None stays in the caller's folder."""
-    paths = [str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])]
-    settings = {**os.environ, "PYTHONPATH": os.pathsep.join(paths)}
+    child = subprocess.Popen([str(python), *map(str, words)], cwd=where, env=settings())
     try:
-        return subprocess.call([str(python), *map(str, words)], cwd=where, env=settings)
-    except KeyboardInterrupt:  # the child has the same Ctrl-C, and has said what it did with it
-        return 130
+        code = child.wait()
+    except KeyboardInterrupt:  # the child has the same Ctrl-C, and ends once it has cleared away what it began
+        child.wait()
+        raise
+    return code if code >= 0 else 128 - code
+
+
+def nimray(python, *words):
+    """Become the command, so that Ctrl-C and a kill reach it; on Windows, which cannot, run it: returns its exit code."""
+    words = ("-m", "nim_addon", *words)
+    if os.name == "nt":
+        return run(python, *words, where=None)
+    sys.stdout.flush()
+    os.execve(python, [str(python), *words], settings())
+
+
+def settings():
+    """The environment variables of what is run: it finds the project."""
+    paths = [str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])]
+    return {**os.environ, "PYTHONPATH": os.pathsep.join(paths)}
 
 
 # ------------------------------------------------------------------------------------------------ the environment

@@ -364,6 +364,50 @@ def test_build_runs_every_command_of_nimray():
     assert set(build.NIMRAY) == set(commands.choices)
 
 
+# build.py without the making of an environment
+BUILD = """
+import importlib.util, pathlib, sys
+spec = importlib.util.spec_from_file_location("build", {file!r})
+build = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(build)
+build.environment = lambda blender: pathlib.Path(sys.executable)
+sys.exit(build.main(sys.argv[1:]))
+"""
+# a command that takes its time to clear away
+SLOW = """
+import pathlib, signal, sys, time
+home = pathlib.Path(__file__).parent
+def clear(number, _):
+    time.sleep(1)
+    (home / "cleared").touch()
+    sys.exit(128 + number)
+for number in (signal.SIGINT, signal.SIGTERM):
+    signal.signal(number, clear)
+(home / "begun").touch()
+time.sleep(20)
+"""
+
+
+@pytest.mark.parametrize(
+    ("command", "module", "how"),
+    (("render", "numpy", signal.SIGINT), ("render", "numpy", signal.SIGTERM), ("test", "pytest", signal.SIGINT)),
+)
+def test_ctrl_c_or_a_kill_of_build_lets_the_command_clear_away(command, module, how, tmp_path):
+    (tmp_path / f"{module}.py").write_text(SLOW)
+    run = subprocess.Popen(
+        [sys.executable, "-c", BUILD.format(file=str(ROOT / "build.py")), command],
+        env={**os.environ, "PYTHONPATH": str(tmp_path)},
+        start_new_session=True,
+    )
+    deadline = time.monotonic() + 20
+    while not (tmp_path / "begun").exists() and time.monotonic() < deadline:
+        time.sleep(0.05)
+    # Ctrl-C reaches all of them, a kill only the one
+    (os.killpg if how == signal.SIGINT else os.kill)(run.pid, how)
+    assert run.wait(20) == 128 + how
+    assert (tmp_path / "cleared").exists()
+
+
 def test_physics_commands_do_not_wait_for_blender():
     script = "import sys; from nim_addon import cli; cli.main(['fresnel', '--inside', 'nim']); sys.exit('bpy' in sys.modules)"
     done = subprocess.run(

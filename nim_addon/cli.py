@@ -18,6 +18,7 @@ from pathlib import Path
 from . import __version__ as VERSION
 from . import stopping
 from .physics import MEDIA, Interface, Medium
+from .physics.media import plain_minus
 
 OLDEST_BLENDER = (4, 2, 0)  # the Ray Portal closure, which bends a ray backwards, came with it
 # As cycles.material has them, which cannot be imported without Blender.
@@ -41,6 +42,11 @@ class Failure(Exception):
 
 
 class _Parser(argparse.ArgumentParser):
+    def __init__(self, *words, **more):
+        super().__init__(*words, **more)
+        # what is a value though it begins as an option does; argparse's own knows neither -1. nor -1e-3
+        self._negative_number_matcher = re.compile(r"-(\.?\d|inf|nan)", re.IGNORECASE)
+
     def error(self, message):
         raise UsageError(f"{message}. Try `{self.prog} --help`.")
 
@@ -100,7 +106,7 @@ def _size(text):
 def _whole(option, low, high):
     def read(text):
         try:
-            value = int(text)
+            value = int(plain_minus(text))
         except ValueError:
             raise UsageError(f"{option} {text!r} is not a whole number.") from None
         if not low <= value <= high:
@@ -113,7 +119,7 @@ def _whole(option, low, high):
 def _number(option):
     def read(text):
         try:
-            return float(text)
+            return float(plain_minus(text))
         except ValueError:
             raise UsageError(f"{option} {text!r} is not a number.") from None
 

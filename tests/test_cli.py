@@ -239,6 +239,10 @@ REFUSED = [
     ("fresnel --inside n=-1.33,mu=10", "a negative index needs mu below 0"),
     ("fresnel --inside 0", "n = 0"),
     ("fresnel --inside inf", "not finite"),
+    ("fresnel --inside -inf", "not finite"),
+    ("fresnel --inside -1.5x", "'-1.5x' is not a number"),
+    ("render sphere --size -3x4", "write it like 800x600"),
+    ("rays sphere --n -x", "expected one argument"),
     ("fresnel", "required"),
     ("info nothing.exr", "there is no file"),
     ("refract", "invalid choice"),
@@ -256,6 +260,15 @@ def test_bad_input_gets_one_sentence_and_exit_code_2(line, says, capsys, tmp_pat
     assert printed.err.startswith("nimray: ")
     assert printed.err.count("\n") == 1
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("number", ("-1.5", "-1.5e0", "-15e-1", "\N{MINUS SIGN}1.5", "-1.50"))
+def test_a_number_below_0_is_no_option(number, capsys, tmp_path):
+    assert cli.main(["fresnel", "--inside", number, "--outside", "-1."]) == 0
+    assert "from n=-1 into n=-1.5" in capsys.readouterr().out
+    file = tmp_path / "a.svg"
+    assert cli.main(["rays", "sphere", "--n", number, "--mu", "-.1e1", "--out", str(file)]) == 0
+    assert "n=-1.5" in file.read_text()
 
 
 def test_commas_part_the_values_that_are_compared_but_for_the_one_before_mu():

@@ -8,6 +8,11 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 
+def plain_minus(text):
+    """The text with the minus sign that keyboards have, which Python reads, in the place of the true one."""
+    return text.replace("\N{MINUS SIGN}", "-")
+
+
 def _finite(name, value):
     try:
         number = float(value)
@@ -66,7 +71,7 @@ class Medium:
         """
         if isinstance(text, Medium):
             return text
-        word = str(text).strip()
+        word = plain_minus(str(text).strip())
         if word.lower() in MEDIA:
             return MEDIA[word.lower()]
         if re.match(r"(n|mu)\s*=", word):

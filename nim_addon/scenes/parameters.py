@@ -7,6 +7,7 @@ import math
 from pathlib import Path
 
 from ..physics import MEDIA, Medium
+from ..physics.media import plain_minus
 
 
 def number(default, description, low, high, unit=""):
@@ -99,7 +100,7 @@ def file_name(scene, assignments):
         key, _, value = text.partition("=")
         # a file's path is no part of a file's name
         settings.append(f"{key.strip()}-{Path(value.strip()).stem if '/' in value else value.strip()}")
-    return "_".join([scene, *settings]).replace(",", "_").replace("=", "").replace(" ", "")
+    return plain_minus("_".join([scene, *settings])).replace(",", "_").replace("=", "").replace(" ", "")
 
 
 def _written(value):
@@ -154,6 +155,8 @@ def _number(field, value):
     name, low, high = field.name, field.metadata["low"], field.metadata["high"]
     whole = field.metadata["kind"] == "integer"
     unit = f" {field.metadata['unit']}" if field.metadata.get("unit") else ""
+    if isinstance(value, str):
+        value = plain_minus(value)
     try:
         number = int(value) if whole else float(value)
         if whole and number != float(value):

@@ -12,7 +12,7 @@ import pytest
 
 from nim_addon.physics import Medium
 from nim_addon.scenes import SCENES, scene_type
-from nim_addon.scenes.parameters import Parameters, choice, integer, liquid, mesh_file, number, switch
+from nim_addon.scenes.parameters import Parameters, choice, file_name, integer, liquid, mesh_file, number, switch
 from nim_addon.scenes.sphere import SphereParameters
 
 
@@ -48,6 +48,7 @@ def test_defaults():
         (" depth = 0.5 ", "depth", 0.5),
         ("depth=3.0", "depth", 3.0),
         ("tilt=-90", "tilt", -90.0),
+        ("tilt=\N{MINUS SIGN}45", "tilt", -45.0),
         ("tilt=auto", "tilt", None),
         ("tilt=none", "tilt", None),
         ("stones=0", "stones", 0),
@@ -65,6 +66,10 @@ def test_defaults():
 def test_read(text, key, value):
     got = getattr(Every.read([text]), key)
     assert got == value and type(got) is type(value)
+
+
+def test_a_true_minus_sign_makes_the_same_files():
+    assert file_name("sphere", ["n=\N{MINUS SIGN}1.5"]) == file_name("sphere", ["n=-1.5"]) == "sphere_n--1.5"
 
 
 def test_the_last_of_two_settings_counts():

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import bpy
 
 from ..physics import MEDIA, Interface, Medium
+from ..physics.media import LEAST, MOST
 from . import native_nodes, script_node
 from .nodes import empty_tree
 
@@ -226,13 +227,14 @@ def interface_nodes(material):
 def interface_of(node):
     """The physics.Interface that an interface node's unlinked values describe, as both shaders read them.
 
-    The permeabilities count by magnitude. Returns None where a link decides an index or a permeability, or where one is 0.
+    The permeabilities count by magnitude. Returns None where a link decides an index or a permeability, or where one is
+    0 or out of a Medium's range.
     """
     media = []
     for side in ("Inside", "Outside"):
         sockets = node.inputs[f"Index {side}"], node.inputs[f"Permeability {side}"]
         n, mu = (socket.default_value for socket in sockets)
-        if any(socket.is_linked for socket in sockets) or n == 0 or mu == 0:
+        if any(socket.is_linked for socket in sockets) or not all(LEAST <= abs(value) <= MOST for value in (n, mu)):
             return None
         media.append(Medium(n, math.copysign(mu, n)))
     return Interface(*media)

@@ -7,6 +7,8 @@ import re
 from dataclasses import dataclass
 from types import MappingProxyType
 
+LEAST, MOST = 1e-6, 1e6  # of |n| and |mu|: beyond, their squares and ratios leave the numbers that are computed with
+
 
 def plain_minus(text):
     """The text with the minus sign that keyboards have, which Python reads, in the place of the true one."""
@@ -23,12 +25,18 @@ def _finite(name, value):
     return number
 
 
+def _check_range(name, value):
+    if not LEAST <= abs(value) <= MOST:
+        raise ValueError(f"{name} = {value:g} is out of range; |{name}| lies between {LEAST:g} and {MOST:g}.")
+
+
 @dataclass(frozen=True)
 class Medium:
     """A medium of refractive index `n` and relative permeability `mu`, both without unit.
 
     `mu` defaults to the sign of `n`: 1 for a dielectric, -1 for a negative-index material (thesis 4, after Veselago).
-    Raises ValueError for n = 0, for NaN and infinities, and for a `mu` whose sign is not that of `n`.
+    Raises ValueError for n = 0, for NaN and infinities, for what is not between LEAST and MOST in magnitude, and for a
+    `mu` whose sign is not that of `n`.
     """
 
     n: float
@@ -38,6 +46,7 @@ class Medium:
         n = _finite("n", self.n)
         if n == 0:
             raise ValueError("n = 0 refracts nothing; give a positive index, or a negative one for a NIM.")
+        _check_range("n", n)
         mu = math.copysign(1.0, n) if self.mu is None else _finite("mu", self.mu)
         if mu * n <= 0:
             kind, sign = ("negative", "below") if n < 0 else ("positive", "above")
@@ -45,6 +54,7 @@ class Medium:
                 f"mu = {mu:g} does not go with n = {n:g}: a {kind} index needs mu {sign} 0 "
                 f"(leave mu out to get {math.copysign(1, n):+.0f})."
             )
+        _check_range("mu", mu)
         object.__setattr__(self, "n", n)
         object.__setattr__(self, "mu", mu)
 

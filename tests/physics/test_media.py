@@ -4,11 +4,13 @@
 import dataclasses
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nim_addon.physics import MEDIA, Medium
+from nim_addon.physics import MEDIA, Interface, Medium
+from nim_addon.physics.media import LEAST, MOST
 
 indices = st.floats(0.1, 10).flatmap(lambda n: st.sampled_from([n, -n]))
 permeabilities = st.floats(0.05, 100)
@@ -61,6 +63,10 @@ def test_a_medium_is_a_value():
         ((1.5, -1), ("mu = -1", "n = 1.5", "positive", "above 0", "get +1")),
         ((1.5, 0), ("mu = 0", "above 0")),
         ((1.5, math.nan), ("mu = nan", "finite")),
+        ((1e-300,), ("n = 1e-300", "between 1e-06 and 1e+06")),
+        ((-1e300,), ("n = -1e+300", "between 1e-06 and 1e+06")),
+        ((1.5, 1e7), ("mu = 1e+07", "between 1e-06 and 1e+06")),
+        ((1.5, 1e-7), ("mu = 1e-07", "between 1e-06 and 1e+06")),
         ((1.5, "much"), ("mu = 'much'", "number")),
     ],
 )
@@ -115,6 +121,16 @@ def test_parse_refuses(text, words, one_sentence):
     with pytest.raises(ValueError) as caught:
         Medium.parse(text)
     one_sentence(caught.value, *words)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("n", (LEAST, MOST))
+@pytest.mark.parametrize("mu", (LEAST, MOST))
+def test_the_extremes_are_still_computed_with(n, mu):
+    for other in (Medium(-LEAST, -MOST), Medium(-MOST, -LEAST), Medium(1)):
+        surface = Interface(Medium(n, mu), other)
+        assert np.isfinite(surface.fresnel(np.linspace(0, 1, 91))).all()
+        surface.critical_angle(), surface.brewster_angle(), surface.brewster_angle("s")
 
 
 @given(indices, permeabilities)

@@ -93,6 +93,15 @@ def test_the_panel_reads_and_writes_the_sockets(material):
     assert not material.nim.keys(), "nothing is stored but in the node"
 
 
+@pytest.mark.parametrize("value", (0, 1e-9))
+@pytest.mark.parametrize("name", ("Index Inside", "Permeability Outside"))
+def test_the_panel_is_drawn_where_a_value_is_no_mediums(material, draw, name, value):
+    (node,) = interface_nodes(material)
+    node.inputs[name].default_value = value
+    assert interface_of(node) is None
+    draw(material)
+
+
 @pytest.mark.parametrize("name", MEDIA)
 def test_every_preset_is_recognised(material, name):
     from nim_addon.ui.material import MEDIUM_NUMBERS

@@ -28,6 +28,7 @@ CAUSTICS = ("path", "traced")
 LARGEST = 16384  # pixels a side
 MOST_SAMPLES = 1 << 20
 LAST_FRAME = 9999  # four digits in a file's name
+LONGEST_NAME = 200  # bytes, of the 255 that file systems take: what is half written has a longer one
 FPS = 24
 
 USAGE, FAILURE = 2, 1
@@ -42,10 +43,20 @@ class Failure(Exception):
 
 
 class _Parser(argparse.ArgumentParser):
+    """Of the command, or of one of its subcommands, which each refuse themselves what they do not know."""
+
     def __init__(self, *words, **more):
         super().__init__(*words, **more)
         # what is a value though it begins as an option does; argparse's own knows neither -1. nor -1e-3
         self._negative_number_matcher = re.compile(r"-(\.?\d|inf|nan)", re.IGNORECASE)
+
+    def parse_known_args(self, *words):
+        found, unknown = super().parse_known_args(*words)
+        if unknown:
+            forgotten = "--set" in self.format_usage() and any(re.match(r"\w+=", word) for word in unknown)
+            hint = "; parameters come after --set" if forgotten else ""
+            self.error(f"unrecognized arguments: {' '.join(unknown)}{hint}")
+        return found, unknown
 
     def error(self, message):
         raise UsageError(f"{message}. Try `{self.prog} --help`.")
@@ -92,7 +103,7 @@ def _medium(text):
 def _size(text):
     """A function that turns a scene's own size (width, height) into the one that was asked for."""
     if text.endswith("%"):
-        part = _whole("--size", 1, 100)(text[:-1])
+        part = _whole("--size", 1, 100, "%")(text)
         return lambda own: tuple(max(1, round(side * part / 100)) for side in own)
     words = text.lower().split("x")
     if len(words) != 2 or not all(word.isdecimal() for word in words):
@@ -103,14 +114,14 @@ def _size(text):
     return lambda own: size
 
 
-def _whole(option, low, high):
+def _whole(option, low, high, unit=""):
     def read(text):
         try:
-            value = int(plain_minus(text))
+            value = int(plain_minus(text).removesuffix(unit))
         except ValueError:
             raise UsageError(f"{option} {text!r} is not a whole number.") from None
         if not low <= value <= high:
-            raise UsageError(f"{option} {text} is out of range; it lies between {low} and {high}.")
+            raise UsageError(f"{option} {text} is out of range; it lies between {low}{unit} and {high}{unit}.")
         return value
 
     return read
@@ -147,6 +158,8 @@ def _rate(text):
 
 
 def _name(text):
+    if len(os.fsencode(text)) > LONGEST_NAME:
+        raise UsageError(f"--name of {len(text)} letters is too long for a file; use at most {LONGEST_NAME}.")
     if not text or text in (".", "..") or any(character in text for character in '/\\:*?"<>|\0') or text[0] == "-":
         raise UsageError(f"--name {text!r} cannot name a file; use letters, digits, dots and dashes.")
     return text
@@ -238,7 +251,7 @@ def _parser():
         "  nimray rays sphere --n -1.5 --beam 21 --out sphere.svg\n"
         "  nimray rays pool --n -1.33 --out pool.svg",
     )
-    one.add_argument("scene", metavar="SCENE", help="sphere, pool, slab or prism")
+    one.add_argument("scene", type=str.lower, metavar="SCENE", help="sphere, pool, slab or prism")
     one.add_argument("--n", type=_number("--n"), metavar="N", help="refractive index (what the scene is about)")
     one.add_argument("--mu", type=_number("--mu"), metavar="MU", help="relative permeability (1, or -1 for n < 0)")
     one.add_argument("--beam", type=_whole("--beam", 1, 101), metavar="N", help="how many rays; 1 shows its angles")
@@ -326,10 +339,11 @@ def _bpy():
 
 
 def _scene_type(name):
-    from .scenes import scene_type
+    from .scenes import SCENES, scene_type
+    from .scenes.parameters import in_any_case
 
     try:
-        return scene_type(name)
+        return scene_type(in_any_case(name, SCENES))
     except ValueError as error:
         raise UsageError(str(error)) from None
 
@@ -721,11 +735,14 @@ def _scenes(arguments):
 def _figures(arguments):
     _bpy()
     from .figures.registry import FIGURES, figure
+    from .scenes.parameters import in_any_case
 
     if arguments.all and arguments.numbers:
         raise UsageError("give either numbers of figures, or --all.")
+    # each once, however often it is named
+    numbers = dict.fromkeys(in_any_case(number, FIGURES) for number in arguments.numbers)
     try:
-        chosen = list(FIGURES.values()) if arguments.all else [figure(number) for number in arguments.numbers]
+        chosen = list(FIGURES.values()) if arguments.all else [figure(number) for number in numbers]
     except ValueError as error:
         raise UsageError(str(error)) from None
     if not chosen:

@@ -208,7 +208,17 @@ REFUSED = [
     ("render sphere --size big", "write it like 800x600"),
     ("render sphere --seed x", "not a whole number"),
     ("render sphere --name a/b", "cannot name a file"),
-    ("render sphere --size 0%", "--size 0 is out of range"),
+    ("render sphere --size 0%", "--size 0% is out of range; it lies between 1% and 100%"),
+    ("render sphere --size 150%", "--size 150% is out of range"),
+    ("render sphere --name " + 300 * "a", "300 letters is too long"),
+    ("render sphere n=1.5", "n=1.5; parameters come after --set. Try `nimray render --help`"),
+    ("compare pool --vary liquid=water,nim --samples 4 mu=-2", "after --set. Try `nimray compare --help`"),
+    ("figures 5.8 --qualty final", "--qualty final. Try `nimray figures --help`"),
+    ("rays sphere --angles", "--angles. Try `nimray rays --help`"),
+    ("rays sphere n=1.5", "arguments: n=1.5. Try `nimray rays --help`"),
+    ("--quiet scenes", "arguments: --quiet. Try `nimray --help`"),
+    ("figures a.9", "did you mean A."),
+    ("render SPERE", "did you mean sphere?"),
     ("render sphere --size half%", "not a whole number"),
     ("render sphere --quiet --progress", "not allowed with"),
     ("render pool --frames 48-1", "write it like 1-48"),
@@ -286,6 +296,23 @@ def test_commas_part_the_values_that_are_compared_but_for_the_one_before_mu():
         [["liquid=none"], ["liquid=n=-1.33,mu=-10"], ["liquid=nim"], ["view=top"]],
         [["n=1"], ["n=-1.33", "mu=-10"]],
     ]
+
+
+def test_names_are_known_in_any_case_and_a_figure_is_made_once(capsys, monkeypatch, tmp_path):
+    from nim_addon.figures import run
+
+    made = []
+
+    def make(figure, *_, **__):
+        made.append(figure.number)
+        return {"figure": figure.number, "holds": True}
+
+    monkeypatch.setattr(run, "make", make)
+    assert cli.main(["figures", "5.8", "a.1", "5.8", "A.1", "--json", "--out", str(tmp_path)]) == 0
+    assert made == ["5.8", "A.1"]
+    assert cli.main(["render", "Sphere", *SMALL, "--out", str(tmp_path), "--quiet"]) == 0
+    assert (tmp_path / "sphere.exr").is_file()
+    assert cli.main(["rays", "Slab", "--out", str(tmp_path / "slab.svg")]) == 0
 
 
 def test_size_may_be_a_part_of_the_scenes_own():

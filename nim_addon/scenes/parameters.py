@@ -111,10 +111,16 @@ def _written(value):
     return "none" if value is None else str(value).removesuffix(".0")
 
 
+def in_any_case(word, known):
+    """The one of the `known` names that a person's `word` is, whatever its case; else the word."""
+    return next((name for name in known if name.lower() == word.lower()), word)
+
+
 def unknown(kind, word, known):
     """The sentence for a `word` that is none of the `known` ones, with the nearest of them."""
-    near = difflib.get_close_matches(word, known, 1, 0.5)
-    hint = f"did you mean {near[0]}? The" if near else "the"
+    folded = {name.lower(): name for name in known}
+    near = difflib.get_close_matches(word.lower(), folded, 1, 0.5)
+    hint = f"did you mean {folded[near[0]]}? The" if near else "the"
     return f"there is no {kind} {word!r}; {hint} ones that exist are {', '.join(known)}."
 
 
@@ -144,8 +150,8 @@ def _checked(field, value):
     if kind == "liquid":
         return None if str(value).lower() in ("none", "empty") else Medium.parse(value)
     choices = field.metadata["choices"]
-    if str(value) in choices:
-        return str(value)
+    if (word := in_any_case(str(value), choices)) in choices:
+        return word
     if kind == "choice":
         raise ValueError(unknown(name, str(value), choices))
     return _mesh_path(name, str(value), choices)

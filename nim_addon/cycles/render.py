@@ -249,10 +249,13 @@ def read_metadata(path):
     with quiet(2):  # OpenEXR complains there by itself
         image = oiio.ImageBuf(str(path))
         whole = image.initialized and image.read(force=True)  # a header can be whole where the pixels are not
-    if not whole or image.geterror():
+    # asked for first: OpenImageIO prints an error that nobody asked for on standard output, into --json and --progress
+    if image.geterror() or not whole:
         raise ValueError(f"{path} is not a whole image: it may be cut off, or not an image at all; render it again.")
-    text = image.spec().get_string_attribute(ATTRIBUTE)
     try:
-        return json.loads(text)
+        record = json.loads(image.spec().get_string_attribute(ATTRIBUTE))
     except ValueError:
-        raise ValueError(f"{path} was not made by nimray: it carries no record of scene and parameters.") from None
+        record = None
+    if not isinstance(record, dict):
+        raise ValueError(f"{path} was not made by nimray: it carries no record of scene and parameters.")
+    return record

@@ -65,8 +65,26 @@ def test_files_that_are_not_ours_are_refused(scene, tmp_path):
     with pytest.raises(ValueError, match="not a whole image"):
         render.read_metadata(tmp_path / "text.exr")
     alien = oiio.ImageBuf(oiio.ImageSpec(4, 4, 3, oiio.FLOAT))
-    alien.write(str(tmp_path / "alien.exr"))
-    with pytest.raises(ValueError, match="not made by nimray"):
-        render.read_metadata(tmp_path / "alien.exr")
+    for record in (None, "{", "[]"):
+        if record:
+            alien.specmod().attribute(render.ATTRIBUTE, record)
+        alien.write(str(tmp_path / "alien.exr"))
+        with pytest.raises(ValueError, match="not made by nimray"):
+            render.read_metadata(tmp_path / "alien.exr")
     with pytest.raises(FileNotFoundError):
         render.read_metadata(tmp_path / "none.exr")
+
+
+def test_what_is_no_whole_image_is_refused_without_a_word_of_the_library(scene, tmp_path, capfd):
+    files = render.render(scene, tmp_path, "one")
+    for file in files:
+        file.write_bytes(file.read_bytes()[:-200])
+    files = [*files, tmp_path / "notes.png", tmp_path / "notes.exr"]
+    for file in files[2:]:
+        file.write_text("notes")
+    capfd.readouterr()
+    for file in files:
+        with pytest.raises(ValueError, match="not a whole image"):
+            render.read_metadata(file)
+    assert render.record_of(files[0]) is None
+    assert capfd.readouterr() == ("", "")

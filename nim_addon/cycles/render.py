@@ -91,6 +91,8 @@ def _reporting(progress):
 
 def writable_folder(folder):
     """Make `folder` (a path) if it is missing and return it as a Path; OSError, one sentence, if it cannot be written."""
+    if not str(folder):  # which Path takes for the working directory
+        raise OSError("the name of the folder to write into is empty; name a folder, or . for this one.")
     folder = Path(folder).expanduser()
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -5,8 +5,11 @@ import html
 import json
 from pathlib import Path
 
+from .. import __version__ as VERSION
 from ..cycles.render import files_to
 from .recipes import in_order
+
+TITLE = "Figures, rendered and measured"
 
 STYLE = """
 :root { color-scheme: light dark; --line: #8886; --soft: #8881; --good: #1a7f37; --bad: #c4302b; }
@@ -22,10 +25,31 @@ ol { columns: 20rem; padding-left: 0; list-style: none; } li a { text-decoration
 """
 
 
+def check(folder):
+    """Raise OSError, one sentence, where write() would replace a FOLDER/index.html that it did not write."""
+    page = Path(folder) / "index.html"
+    if page.exists() and not (page.is_file() and f"<title>{TITLE}</title>" in page.read_text("utf-8", "replace")):
+        raise OSError(f"{page} is not a page of figures; it is kept: name another folder.")
+
+
+def read(file):
+    """The record of a figure that the Path `file` holds; ValueError, one sentence, where it is cut off or another's."""
+    try:
+        record = json.loads(file.read_text(encoding="utf-8"))
+        if record["nimray"] == VERSION:
+            in_order(record["figure"])
+            _page([record])  # whole is what the page can show
+        elif not isinstance(record["nimray"], str):
+            raise TypeError
+    except (AttributeError, KeyError, TypeError, ValueError):
+        raise ValueError(f"{file} is not a whole record of a figure; delete it, or name another folder.") from None
+    return record
+
+
 def write(folder):
-    """Write FOLDER/index.html anew from the records (figure-*.json) in it; returns its path."""
+    """Write FOLDER/index.html anew from the records (figure-*.json) in it; returns its path. Raises as read() does."""
     folder = Path(folder)
-    records = [json.loads(file.read_text(encoding="utf-8")) for file in folder.glob("figure-*.json")]
+    records = [read(file) for file in folder.glob("figure-*.json")]
     records.sort(key=lambda record: in_order(record["figure"]))
     with files_to(folder, "index") as (part, finish):
         page = part / "page.html"
@@ -50,8 +74,8 @@ def _page(records):
     return (
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>Figures, rendered and measured</title>\n<style>{STYLE}</style>\n</head>\n<body>\n"
-        f"<h1>Figures, rendered and measured</h1>\n<p>{len(records)} figures, {verdict}. Each claim is a number, "
+        f"<title>{TITLE}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n"
+        f"<h1>{TITLE}</h1>\n<p>{len(records)} figures, {verdict}. Each claim is a number, "
         "predicted by theory or by rays traced without the renderer, and measured in the render.</p>\n"
         f"<ol>{contents}</ol>\n{''.join(map(_figure, records))}</body>\n</html>\n"
     )

@@ -36,17 +36,20 @@ def make(figure, folder, quality="draft", *, backend="auto", showing=None):
     backend: of the materials, as material.resolve takes it
     showing: None, or a function (name, samples) that returns a context manager, which gives render()'s progress
     An image that is there, whole, and was made of the same is not rendered again. Raises OSError where the folder cannot
-    be written, or holds what another version made; nothing of that is touched.
+    be written, or holds what another version made, an index.html or a record that is not ours, or, for a draft, the
+    figure at final quality; nothing of that is touched.
     """
     folder = render.writable_folder(folder)
-    check_version(folder)
+    index.check(folder)
+    check_records(folder, figure)
+    if quality == "draft":
+        check_draft(folder, figure)
     started = time.monotonic()
     backend = resolve(backend)
     images, shown, made = {}, [], []
     for recipe in figure.recipes:
-        # what is only measured is kept out of the way
-        place = folder / figure.number if recipe.shown else folder / figure.number / "measured"
-        images[recipe.name], files = _image(recipe, place, quality, backend, showing)
+        files = _files(recipe, folder / figure.number)
+        images[recipe.name] = _image(recipe, files, quality, backend, showing)
         made += [file.stem for file in files]
         if recipe.shown:
             shown.append((recipe, files[0].with_suffix(".png")))
@@ -82,14 +85,47 @@ def make(figure, folder, quality="draft", *, backend="auto", showing=None):
     return record
 
 
-def check_version(folder):
-    """Raise OSError, one sentence, where a folder holds a figure that another version of this program made."""
-    for file in sorted(Path(folder).glob("figure-*.json")):
-        version = json.loads(file.read_text(encoding="utf-8")).get("nimray")
+def check_records(folder, figure):
+    """Raise OSError, one sentence, where a folder holds a figure of another version or what is no record of a figure.
+
+    A damaged record of `figure` itself passes, as it is written anew.
+    """
+    for file in sorted(folder.glob("figure-*.json")):
+        try:
+            version = index.read(file)["nimray"]
+        except ValueError as error:
+            if file.name == f"figure-{figure.number}.json":
+                continue
+            raise OSError(str(error)) from None
         if version != VERSION:
             raise OSError(
                 f"{file} was made by nimray {version}, and this is {VERSION}; its files are kept: name another folder."
             )
+
+
+def check_draft(folder, figure):
+    """Raise OSError, one sentence, where a draft of a figure would replace what a folder holds of it at final quality."""
+    finer = [recipe for recipe in figure.recipes if _effort(recipe, "final") != _effort(recipe, "draft")]
+    final = finer and _quality(folder / f"figure-{figure.number}.json") == "final"
+    # of a run that was killed only the images tell
+    if final or any(_is_final(recipe, file) for recipe in finer for file in _files(recipe, folder / figure.number)):
+        raise OSError(
+            f"{folder} holds figure {figure.number} at final quality; it is kept: name another folder, or add "
+            "--quality final."
+        )
+
+
+def _quality(file):
+    """Of the figure that a record is of; None where there is none."""
+    try:
+        return index.read(file)["quality"]
+    except (ValueError, FileNotFoundError):
+        return None
+
+
+def _is_final(recipe, file):
+    record, effort = _made(file), _effort(recipe, "final")
+    return record is not None and {key: record.get(key) for key in effort} == effort
 
 
 def _plain(value):
@@ -108,26 +144,38 @@ def _change(function):
     return None if function is None else f"{function.__qualname__} {_code('figures')}"
 
 
-def _image(recipe, folder, quality, backend, showing):
-    """The Image of a recipe and its EXR files, rendered where they are missing."""
+def _files(recipe, folder):
+    """The EXR files of a recipe in the folder of its figure, one for each seed."""
+    names = [recipe.name] if recipe.seeds == 1 else [f"{recipe.name}.{seed}" for seed in range(recipe.seeds)]
+    # what is only measured is kept out of the way
+    return [(folder if recipe.shown else folder / "measured") / f"{name}.exr" for name in names]
+
+
+def _effort(recipe, quality):
+    """What the quality decides in the record of an image."""
+    size, samples = recipe.frame(quality)
+    photons = recipe.photons and recipe.photons[quality == "final"]
+    return {"size": list(size), "samples": samples, "photons": photons}
+
+
+def _image(recipe, files, quality, backend, showing):
+    """The Image of a recipe, whose EXR files are rendered where they are missing."""
     kind = scene_type(recipe.scene) if isinstance(recipe.scene, str) else recipe.scene
     parameters = kind.parameters.read(recipe.settings)
     pose = recipe.pose or kind.pose(parameters)
     size, samples = recipe.frame(quality)
     denoise = recipe.shown and _can_denoise()
-    photons = recipe.photons and recipe.photons[quality == "final"]
-    scene, files = None, []
-    for seed in range(recipe.seeds):
-        name = recipe.name if recipe.seeds == 1 else f"{recipe.name}.{seed}"
+    effort = _effort(recipe, quality)
+    scene = None
+    for seed, file in enumerate(files):
+        folder, name = file.parent, file.stem
         wanted = {
             "nimray": VERSION,
             "scene": kind.name,
             "parameters": parameters.plain(),
-            "size": list(size),
-            "samples": samples,
+            **effort,
             "seed": seed,
             "denoise": denoise,
-            "photons": photons,
             "backend": backend,
             "blender": bpy.app.version_string,
             "pose": [pose.eye, pose.target, pose.field_of_view, pose.fit],
@@ -135,22 +183,21 @@ def _image(recipe, folder, quality, backend, showing):
             "code": _code("physics", "cycles", "scenes"),
         }
         wanted = json.loads(json.dumps(wanted))  # as it comes back from a file
-        file = folder / f"{name}.exr"
         if _made(file) != wanted:
             if scene is None:
                 scene = _built(kind, parameters, recipe, pose, size, samples, denoise, backend)
             scene.cycles.seed = seed
-            if photons:
+            if effort["photons"]:
                 render.writable_folder(folder)
                 texels = TEXELS[quality == "final"]
-                caustics.bake(scene, photons=photons, texels=texels, seed=1000 * seed, file=folder / f".{name}.photons")
+                store = folder / f".{name}.photons"
+                caustics.bake(scene, photons=effort["photons"], texels=texels, seed=1000 * seed, file=store)
             with showing(name, samples) if showing else contextlib.nullcontext() as progress:
                 render.render(scene, folder, name, metadata=wanted, progress=progress)
-        files.append(file)
     if scene is not None:
         _discard(scene)
     each = np.stack([_pixels(file) for file in files])
-    return Image(each, Camera(*pose, tuple(size)), parameters), files
+    return Image(each, Camera(*pose, tuple(size)), parameters)
 
 
 def _built(kind, parameters, recipe, pose, size, samples, denoise, backend):
@@ -182,13 +229,8 @@ def _can_denoise():
 
 def _made(file):
     """The record of an image that is there, both files whole, else None; OSError where another version made it."""
-    try:
-        record = render.read_metadata(file)
-        if render.read_metadata(file.with_suffix(".png")) != record:
-            return None
-    except (ValueError, FileNotFoundError):
-        return None
-    if record.get("nimray") != VERSION:
+    record = render.record_of(file)
+    if record is not None and record.get("nimray") != VERSION:
         raise OSError(
             f"{file} was made by nimray {record.get('nimray')}, and this is {VERSION}; it is kept: name another folder."
         )

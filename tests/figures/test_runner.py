@@ -115,6 +115,100 @@ def test_other_code_renders_again_and_another_version_is_kept(
     assert {file: file.read_bytes() for file in tmp_path.rglob("*.*") if file.is_file()} == before
 
 
+def contents(folder):
+    return {file: file.read_bytes() for file in folder.rglob("*") if file.is_file()}
+
+
+def refused(tmp_path, rendered, one_sentence, *words, figure=FIGURE):
+    """A draft is refused in one sentence, nothing is rendered, and all is as it was."""
+    before = contents(tmp_path)
+    rendered.clear()
+    with pytest.raises(OSError) as caught:
+        run.make(figure, tmp_path)
+    one_sentence(caught.value, "name another folder", *words)
+    assert rendered == [] and contents(tmp_path) == before
+
+
+def test_a_draft_never_replaces_a_final(tmp_path, empty_file, rendered, one_sentence):
+    run.make(FIGURE, tmp_path, "final")
+    refused(tmp_path, rendered, one_sentence, "holds figure 9.9 at final quality", "--quality final")
+    run.make(FIGURE, tmp_path, "final")
+    assert rendered == []
+
+    # a final run that was killed, over nothing and over a draft
+    record = tmp_path / "figure-9.9.json"
+    record.unlink()
+    refused(tmp_path, rendered, one_sentence, "final")
+    two = [tmp_path / "9.9" / f"two.{suffix}" for suffix in ("exr", "png")]
+    kept = [file.read_bytes() for file in two]
+    for file in two:
+        file.unlink()
+    run.make(FIGURE, tmp_path)
+    for file, data in zip(two, kept, strict=True):
+        file.write_bytes(data)
+    refused(tmp_path, rendered, one_sentence, "final")
+
+    # the sheet alone is worth keeping; and what is the same at both qualities is no loss
+    record.write_text(json.dumps(json.loads(record.read_text()) | {"quality": "final"}))
+    for file in two:
+        file.unlink()
+    refused(tmp_path, rendered, one_sentence, "final")
+    run.make(dataclasses.replace(FIGURE, recipes=recipes()[:1], measure=lambda images: []), tmp_path)
+
+
+@pytest.mark.parametrize("text", ["<title>My site</title>", "", None])
+def test_a_page_of_another_is_kept(text, tmp_path, rendered, one_sentence):
+    page = tmp_path / "index.html"
+    page.mkdir() if text is None else page.write_text(text)
+    refused(tmp_path, rendered, one_sentence, "index.html")
+
+
+WHOLE = {
+    "nimray": run.VERSION,
+    "blender": "4.5.0",
+    "figure": "9.8",
+    "title": "",
+    "shows": "",
+    "must_hold": [],
+    "quality": "draft",
+    "picture": "9.8.svg",
+    "parts": [],
+    "holds": True,
+    "claims": [],
+}
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        json.dumps(WHOLE)[:-9],
+        "",
+        "[]",
+        "{}",
+        '{"nimray": 1}',
+        json.dumps({"nimray": run.VERSION}),
+        json.dumps(WHOLE | {"claims": [{}]}),
+        json.dumps(WHOLE | {"figure": "mine"}),
+    ],
+)
+def test_what_is_no_record_is_named(text, tmp_path, empty_file, rendered, one_sentence):
+    file = tmp_path / "figure-9.8.json"
+    file.write_text(text)
+    refused(tmp_path, rendered, one_sentence, "figure-9.8.json is not a whole record of a figure; delete it")
+    with pytest.raises(ValueError, match="not a whole record"):
+        index.write(tmp_path)
+
+    # the figure's own is made anew
+    file.rename(tmp_path / "figure-9.9.json")
+    run.make(dataclasses.replace(FIGURE, recipes=recipes()[:1], measure=lambda images: []), tmp_path)
+    assert index.read(tmp_path / "figure-9.9.json")["figure"] == "9.9"
+
+
+def test_a_whole_record_is_shown(tmp_path):
+    (tmp_path / "figure-9.8.json").write_text(json.dumps(WHOLE))
+    assert "figure-9.8.json" in index.write(tmp_path).read_text()
+
+
 def test_what_a_change_may_call_is_part_of_its_record(tmp_path, empty_file, rendered, monkeypatch):
     figure = Figure("9.9", "", "", (), recipes()[1:])
     (tmp_path / "figures").mkdir()
@@ -209,6 +303,8 @@ def test_what_is_refused(tmp_path, only_this, capsys):
     (tmp_path / "file").write_text("")
     assert cli.main(["figures", "9.9", "--out", str(tmp_path / "file")]) == 1
     assert "name another folder" in capsys.readouterr().err
+    assert cli.main(["figures", "9.9", "--out", ""]) == 1
+    assert "is empty; name a folder" in capsys.readouterr().err
 
 
 def test_the_registry():

@@ -420,7 +420,7 @@ def diagram(scene, n=None, mu=None, rays=None, file="rays.svg"):
 
     n, mu: of the medium, by default the scene's index and a mu of 1 or -1, as the index has it
     rays:  how many leave the source, 1 to MOST_RAYS; a single one is drawn with its normals and angles
-    Raises ValueError for what it cannot draw, RuntimeError where matplotlib is missing.
+    Raises ValueError for what it cannot draw, RuntimeError where matplotlib is missing, OSError where it cannot write.
     """
     if scene not in SCENES:
         raise ValueError(f"there is no ray diagram {str(scene)!r}; there are {', '.join(SCENES)}.")

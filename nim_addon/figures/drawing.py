@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The one look of the drawn figures, and how their files are written. matplotlib is needed here, and only when drawing."""
 
+import io
 import os
 import tempfile
 from pathlib import Path
@@ -70,47 +71,53 @@ def known_suffix(file):
     """The suffix of a file that can be drawn; ValueError for any other."""
     suffix = Path(file).suffix.lower()
     if suffix not in SUFFIXES:
-        raise ValueError(f"{Path(file).name} ends in none of {', '.join(SUFFIXES)}, which a drawing can be written as.")
+        raise ValueError(
+            f"{str(file)!r} ends in none of {', '.join(SUFFIXES)}, which a drawing can be written as; "
+            "name it like rays.svg."
+        )
     return suffix
 
 
 def whole(file, write):
     """Call write(part) with the path of a temporary file beside `file`, then give it that name; returns the Path.
 
-    A killed run leaves no half file under the name. OSError where the folder cannot be made or written to.
+    A killed run leaves no half file under the name. OSError, one sentence, where the file cannot be written.
     """
-    file = Path(file)
-    file.parent.mkdir(parents=True, exist_ok=True)
-    handle, part = tempfile.mkstemp(prefix=f".{file.stem}.", suffix=f".part{file.suffix}", dir=file.parent)
-    os.close(handle)
-    part = Path(part)
+    file = Path(file).expanduser()
+    if file.is_dir():
+        raise OSError(f"{file} is a folder; name a file in it, such as {file / 'rays.svg'}.")
     try:
-        write(part)
-        mask = os.umask(0)
-        os.umask(mask)
-        part.chmod(0o666 & ~mask)  # as any new file: mkstemp's is for its owner alone
-        part.replace(file)
-    finally:
-        part.unlink(missing_ok=True)
+        file.parent.mkdir(parents=True, exist_ok=True)
+        handle, part = tempfile.mkstemp(prefix=f".{file.stem}.", suffix=f".part{file.suffix}", dir=file.parent)
+        os.close(handle)
+        part = Path(part)
+        try:
+            write(part)
+            mask = os.umask(0)
+            os.umask(mask)
+            part.chmod(0o666 & ~mask)  # as any new file: mkstemp's is for its owner alone
+            part.replace(file)
+        finally:
+            part.unlink(missing_ok=True)
+    except OSError as error:
+        # in place of the temporary name, which says nothing to a person
+        raise OSError(f"cannot write into {file.parent}: {error.strerror or error}; name another folder.") from None
     return file
 
 
 def save(figure, title, *files):
-    """Write the figure to each of the files, .svg, .png (150 dots an inch) or .pdf; returns their Paths.
+    """Write the figure to each of the files, .svg, .png (150 dots an inch) or .pdf; returns their Paths. Raises as whole().
 
     `title` is kept in the file, for those who list or hear it rather than see it.
     """
-    suffixes = [known_suffix(file) for file in files]
-    with look():
-        return [
-            whole(
-                file,
-                lambda part, suffix=suffix: figure.savefig(
-                    part, dpi=150, metadata=_METADATA[suffix] | {"Title": title}
-                ),
-            )
-            for file, suffix in zip(files, suffixes, strict=True)
-        ]
+    made = []
+    for file, suffix in [(file, known_suffix(file)) for file in files]:
+        # by way of memory: on a full disk matplotlib's PDF ends in an error of its own
+        drawing = io.BytesIO()
+        with look():
+            figure.savefig(drawing, format=suffix[1:], dpi=150, metadata=_METADATA[suffix] | {"Title": title})
+        made.append(whole(file, lambda part, drawing=drawing: part.write_bytes(drawing.getvalue())))
+    return made
 
 
 def number(value):

@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Ray diagrams: every claim holds and can fail, what is drawn is what was traced, and the files are whole."""
 
+import errno
 import math
+import os
 import sys
 
 import numpy as np
 import pytest
 
-from nim_addon.figures import diagrams
+from nim_addon.figures import diagrams, drawing
 from nim_addon.physics import Interface, Medium
 from nim_addon.physics.rays import Fate, Kind
 
@@ -167,7 +169,7 @@ def test_unusual_media_are_drawn(scene, n, rays, monkeypatch):
         ({"rays": "many"}, ("rays = many",)),
         ({"n": 0}, ("n = 0",)),
         ({"n": -1.5, "mu": 2}, ("mu = 2",)),
-        ({"file": "x.jpg"}, ("x.jpg", ".svg, .png, .pdf")),
+        ({"file": "x.jpg"}, ("x.jpg", ".svg, .png, .pdf", "rays.svg")),
     ],
 )
 def test_what_cannot_be_drawn_is_refused_in_a_sentence(options, words, tmp_path, one_sentence):
@@ -177,6 +179,43 @@ def test_what_cannot_be_drawn_is_refused_in_a_sentence(options, words, tmp_path,
     if "mu" not in options and options.get("n") != 0:  # Medium's own words
         one_sentence(raised.value, *words)
     assert words[0] in str(raised.value) and not list(tmp_path.iterdir())
+
+
+def test_where_nothing_can_be_written_the_folder_is_named(tmp_path, one_sentence):
+    pytest.importorskip("matplotlib")
+    (tmp_path / "afile").write_text("kept")
+    (tmp_path / "d.svg").mkdir()
+    for name, words in {
+        "afile/x.svg": (f"cannot write into {tmp_path / 'afile'}", "name another folder"),
+        "afile/below/x.svg": ("afile/below: Not a directory", "name another folder"),
+        "d.svg": ("d.svg is a folder", "name a file in it"),
+    }.items():
+        with pytest.raises(OSError) as raised:
+            diagrams.diagram("slab", file=tmp_path / name)
+        assert "part" not in one_sentence(raised.value, *words)
+
+    def full(part):
+        part.write_text("half")
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(part))
+
+    with pytest.raises(OSError) as raised:
+        drawing.whole(tmp_path / "x.svg", full)
+    assert "part" not in one_sentence(raised.value, f"into {tmp_path}: No space left on device", "name another folder")
+    assert sorted(file.name for file in tmp_path.rglob("*")) == ["afile", "d.svg"]
+
+
+def test_a_tilde_is_the_home(tmp_path, monkeypatch):
+    pytest.importorskip("matplotlib")
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setenv("USERPROFILE", str(tmp_path))
+    assert diagrams.diagram("slab", file="~/x.svg") == tmp_path / "x.svg"
+
+
+def test_a_folder_is_no_name_of_a_drawing(one_sentence):
+    for file in (".", "..", "/"):
+        with pytest.raises(ValueError) as raised:
+            drawing.known_suffix(file)
+        assert one_sentence(raised.value).startswith(f"{file!r} ends in none of")
 
 
 def test_an_unknown_figure_is_refused(one_sentence, tmp_path):

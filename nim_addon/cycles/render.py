@@ -2,6 +2,7 @@
 """A headless render: linear EXR and display PNG that carry what made them, never half written."""
 
 import contextlib
+import errno
 import json
 import os
 import re
@@ -149,6 +150,13 @@ def files_to(folder, name):
     with interruptible(lambda: shutil.rmtree(part, ignore_errors=True)):
         try:
             yield part, finish
+        except (OSError, RuntimeError):
+            # of a full disk neither Blender nor OpenImageIO says so
+            if shutil.disk_usage(folder).free < 1 << 16:
+                raise OSError(
+                    f"cannot write into {folder}: {os.strerror(errno.ENOSPC)}; name another folder."
+                ) from None
+            raise
         finally:
             shutil.rmtree(part, ignore_errors=True)
 

@@ -265,5 +265,7 @@ def _drawn(figure, folder):
         for file in files:
             os.replace(file, folder / file.name)
         return [folder / file.name for file in files]
+    except OSError as error:  # of the folder that a person knows
+        raise OSError(str(error).replace(str(part), str(folder))) from None
     finally:
         shutil.rmtree(part, ignore_errors=True)

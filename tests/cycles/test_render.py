@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The headless render: whole files or none, with what made them."""
 
+import shutil
+
 import bpy
 import numpy as np
 import OpenImageIO as oiio
@@ -46,6 +48,21 @@ def test_a_folder_that_cannot_be_written_is_refused(scene, tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(OSError, match=r"cannot write into .*file/below.*name another folder"):
         render.render(scene, tmp_path / "file" / "below", "one")
+
+
+def test_a_full_disk_is_named(tmp_path, monkeypatch, one_sentence):
+    picture = oiio.ImageBuf(oiio.ImageSpec(4, 4, 3, oiio.FLOAT))
+    usage = shutil.disk_usage(tmp_path)
+    for free, words in (
+        (0, f"cannot write into {tmp_path}: No space left on device"),
+        (1 << 30, "cannot write x.none"),
+    ):
+        monkeypatch.setattr(shutil, "disk_usage", lambda folder, free=free: usage._replace(free=free))
+        with pytest.raises(OSError) as raised, render.files_to(tmp_path, "one") as (part, _):
+            render.write_with_metadata(picture, part / "x.none", {})
+        assert words in str(raised.value) and not list(tmp_path.iterdir())
+        if not free:
+            one_sentence(raised.value, "name another folder")
 
 
 def test_a_failed_render_leaves_nothing_and_says_so(scene, tmp_path):

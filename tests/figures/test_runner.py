@@ -250,6 +250,15 @@ def test_a_figure_that_is_drawn(tmp_path):
     assert {file.name for file in (tmp_path / "A.9").iterdir()} == {"curve.svg", "curve.csv"}
 
 
+def test_a_drawing_that_cannot_be_written_names_its_folder(tmp_path, one_sentence):
+    def draw(folder):
+        raise OSError(f"cannot write into {folder}: No space left on device; name another folder.")
+
+    with pytest.raises(OSError) as raised:
+        run.make(Figure("A.9", "", "", (), draw=draw), tmp_path)
+    assert f"into {tmp_path / 'A.9'}: No space" in one_sentence(raised.value)
+
+
 def test_the_page(tmp_path, empty_file):
     class Page(HTMLParser):
         def __init__(self):

@@ -384,9 +384,11 @@ def _draw_prism(ax, title, medium, rays, widest):
     ax.add_patch(Polygon(corners, facecolor=_tint(medium), edgecolor=INK, linewidth=0.9, joinstyle="round", zorder=1))
     draw_paths(ax, paths, widest=widest)
     main = _main_way(paths, rays // 2)
-    if rays == 1:
+    if len(main) == 1:  # as good as all light turns back at the first face
+        _draw_normals(ax, [paths.end[main[0]]], [np.array([1.0, 0, 0])], 0.5)
+    elif rays == 1:
         _draw_angles(ax, paths, main[1], slope, 0.3, 0.7)
-    elif len(main) > 1:
+    else:
         _draw_normals(ax, [paths.end[main[1]]], [np.array(slope)], 0.5)
     if rays > 1:
         ax.plot([-1.2, -1.2], [heights[0] - 0.04, heights[-1] + 0.04], color=INK, linewidth=2.2, zorder=5)

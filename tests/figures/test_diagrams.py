@@ -159,6 +159,14 @@ def test_unusual_media_are_drawn(scene, n, rays, monkeypatch):
     assert len(paths.lost) == rays and ax.collections
 
 
+@pytest.mark.parametrize("scene", diagrams.SCENES)
+@pytest.mark.parametrize(("n", "mu"), [(-1.5, -600), (400, None), (-1.5, -1e-3)])
+def test_what_lets_no_light_in_is_drawn(scene, n, mu, monkeypatch):
+    for rays in (1, 2):
+        _, paths = drawn(monkeypatch, scene, n=n, mu=mu, rays=rays)
+        assert Kind.REFLECTED in paths.kind
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [

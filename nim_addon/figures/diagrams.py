@@ -53,6 +53,7 @@ _LOOKS = {
     Kind.REFLECTED: (ORANGE, (0, (4.5, 2.0))),
 }
 _LABEL = {"fontsize": 8.5, "zorder": 6}
+_LINE, _GAP = 15, 12  # points of one line of the head; pixels between its title and the media
 _NO_LESS = 0.01  # a branch of less energy than this is not drawn
 
 
@@ -181,8 +182,8 @@ def _head(ax, title, medium, *more):
         Patch(facecolor="white", edgecolor=INK, linewidth=0.7, label=_named(AIR)),
         Patch(facecolor=_tint(medium), edgecolor=INK, linewidth=0.7, label=_named(medium)),
     ]
-    ax.set_title(title, pad=5)
-    ax.legend(
+    head = ax.set_title(title, pad=5)
+    key = ax.legend(
         handles=[*media, *more],
         loc="lower right",
         bbox_to_anchor=(1.0, 1.0),
@@ -194,6 +195,12 @@ def _head(ax, title, medium, *more):
         columnspacing=1.2,
         fontsize=8,
     )
+    ax.apply_aspect()  # the figure's margins are set, so this is how wide the diagram will be
+    if title and sum(part.get_window_extent().width for part in (head, key)) + _GAP > ax.get_window_extent().width:
+        # long names: the title goes to a line of its own, for which the diagram makes room
+        ax.set_title(title, pad=5 + _LINE)
+        figure = ax.get_figure()
+        figure.subplots_adjust(top=figure.subplotpars.top - _LINE / 72 / figure.get_figheight())
 
 
 def _view(ax, left, right, bottom, top):
@@ -434,11 +441,11 @@ def diagram(scene, n=None, mu=None, rays=None, file="rays.svg"):
     known_suffix(file)
     with look():
         figure, axes = sheet(6.3, 4.7)
+        figure.subplots_adjust(0.01, 0.075, 0.99, 0.93)
         widest = 1.8 * min(1.0, math.sqrt(21 / rays))
         title = chosen.title if rays > 1 else chosen.title_of_one
         chosen.draw(axes[0, 0], title, medium, rays, widest)
         _key(figure, widest)
-        figure.subplots_adjust(0.01, 0.075, 0.99, 0.93)
         return save(figure, f"{title}, {medium}", file)[0]
 
 
@@ -470,17 +477,16 @@ def draw(figure, folder):
     with look():
         if figure == "5.8":
             drawing, axes = sheet(7.2, 3.05, 1, 2)
+            drawing.subplots_adjust(0.01, 0.09, 0.99, 0.92, wspace=0.04)
             for ax, n in zip(axes[0], (1.33, -1.33), strict=True):
                 _draw_pool(ax, "", Medium(n), 21, widest)
-            top, bottom = 0.92, 0.09
         else:
             drawing, axes = sheet(6.9, 7.6, 3, 2)
+            drawing.subplots_adjust(0.01, 0.045, 0.99, 0.97, wspace=0.04, hspace=0.1)
             for row, beam in zip(axes, BEAMS, strict=True):
                 for ax, n in zip(row, (1.5, -1.5), strict=True):
                     _draw_sphere(ax, beam.name, Medium(n), beam.rays, widest, beam)
-            top, bottom = 0.97, 0.045
         _key(drawing, widest)
-        drawing.subplots_adjust(0.01, bottom, 0.99, top, wspace=0.04, hspace=0.1)
     base = Path(folder) / f"figure-{figure}"
     return save(drawing, f"Figure {figure}: {FIGURES[figure]}", f"{base}.svg", f"{base}.png")
 

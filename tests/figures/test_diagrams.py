@@ -124,6 +124,23 @@ def test_media_are_named_with_index_and_permeability(monkeypatch):
         assert ("window to 48.75°" in texts(ax)) == (options["n"] in (1.33, -1.33))
 
 
+@pytest.mark.parametrize("rays", [1, 21])
+@pytest.mark.parametrize(("n", "mu"), [(None, None), (-1.3333, -12.5), (-1.31415e-5, -1.23456e-5)])
+@pytest.mark.parametrize("scene", diagrams.SCENES)
+def test_no_name_covers_the_title(scene, n, mu, rays, monkeypatch):
+    ax, _ = drawn(monkeypatch, scene, n=n, mu=mu, rays=rays)
+    figure = ax.get_figure()
+    figure.draw_without_rendering()
+    title = diagrams.SCENES[scene].title if rays > 1 else diagrams.SCENES[scene].title_of_one
+    (head,) = [part for part in ax.get_children() if getattr(part, "get_text", str)() == title]
+    head, media = head.get_window_extent(), ax.get_legend().get_window_extent()
+    assert not head.overlaps(media)
+    for box in (head, media):
+        assert box.x0 >= 0 and box.x1 <= figure.bbox.x1 and ax.bbox.y1 <= box.y0 and box.y1 <= figure.bbox.y1
+    # a line of its own only where it needs one
+    assert (head.y0 > media.y1) == (head.width + media.width + 12 > ax.bbox.width)
+
+
 def test_a_permeability_sends_more_back(monkeypatch):
     shares = []
     for mu in (-1, -10, -25):

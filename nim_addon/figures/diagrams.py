@@ -324,7 +324,9 @@ def _draw_pool(ax, title, medium, rays, widest):
 
     left, right, bottom, top = -2.35, 2.35, -1.56, 1.75
     _view(ax, left, right, bottom, top)
-    paths = _pool_paths(medium, np.linspace(-STEEPEST, STEEPEST, rays) if rays > 1 else np.array([30.0]))
+    # a few rays meet the surface within the view, two and three of them within the window of water
+    widest_fan = STEEPEST if rays > 7 else min(15.0 * rays, 60.0)
+    paths = _pool_paths(medium, np.linspace(-widest_fan, widest_fan, rays) if rays > 1 else np.array([30.0]))
     ax.add_patch(Rectangle((left, -FLOOR), right - left, FLOOR, facecolor=_tint(medium), linewidth=0, zorder=1))
     # strokes rather than a hatch, which simple viewers fill with black
     for x in np.arange(left, right - 0.05, 0.09):

@@ -124,6 +124,16 @@ def test_media_are_named_with_index_and_permeability(monkeypatch):
         assert ("window to 48.75°" in texts(ax)) == (options["n"] in (1.33, -1.33))
 
 
+@pytest.mark.parametrize("n", [1.33, -1.33])
+@pytest.mark.parametrize("rays", range(1, 8))
+def test_a_few_rays_meet_the_surface_in_the_picture_and_refract(rays, n, monkeypatch):
+    ax, paths = drawn(monkeypatch, "pool", n=n, rays=rays)
+    meets = paths.end[paths.kind == Kind.INCIDENT]
+    np.testing.assert_allclose(meets[:, 1], 0, atol=1e-9)
+    assert np.all(np.abs(meets[:, 0]) < ax.get_xlim()[1])
+    assert np.sum(paths.kind == Kind.TRANSMITTED) >= min(rays, 3) - (rays == 4)
+
+
 @pytest.mark.parametrize("rays", [1, 21])
 @pytest.mark.parametrize(("n", "mu"), [(None, None), (-1.3333, -12.5), (-1.31415e-5, -1.23456e-5)])
 @pytest.mark.parametrize("scene", diagrams.SCENES)

@@ -75,8 +75,8 @@ def _page(records):
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f"<title>{TITLE}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n"
-        f"<h1>{TITLE}</h1>\n<p>{len(records)} figures, {verdict}. Each claim is a number, "
-        "predicted by theory or by rays traced without the renderer, and measured in the render.</p>\n"
+        f"<h1>{TITLE}</h1>\n<p>{len(records)} figure{'s' * (len(records) != 1)}, {verdict}. Each claim is a number, "
+        "predicted by theory or by rays traced without the renderer (in C.2, by its path tracer), and measured in a render.</p>\n"
         f"<ol>{contents}</ol>\n{''.join(map(_figure, records))}</body>\n</html>\n"
     )
 

@@ -312,7 +312,7 @@ FIGURES = (
         "One sphere, four indices: 1.5 and -1.5 above, -1.33 and -1.025 below. Glass turns the landscape upside down. "
         "A NIM does so in the middle only, and wraps the middle in a ring that shows what stands before the sphere. (The "
         "middle is what looks ahead here. The thesis divides by the half of the sphere that a ray leaves from, which for "
-        "n = -1.5 is further out, at 0.638 of the radius: see B.1.)",
+        "n = -1.5 is further out, at 0.638 of the radius: figure B.1 has it).",
         (
             "The inner region of a NIM sphere shows what is behind it, upside down; the glass sphere does everywhere.",
             "The outer region shows what is in front.",

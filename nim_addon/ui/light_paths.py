@@ -247,11 +247,15 @@ class NIM_OT_light_paths_clear(bpy.types.Operator):
         scene = context.scene
         _remove([thing for thing in scene.objects if thing.get(MARK)])
         collection = _collection_of(scene)
-        for thing in collection.objects:  # what a person has put there stays in the scene
-            if thing.name not in scene.collection.objects:
-                scene.collection.objects.link(thing)
-        for child in collection.children:
-            scene.collection.children.link(child)
+        # what a person has put there stays in the scene; what is in it already cannot be linked again, and two things
+        # of one name, one of them from a library, are not the same
+        for theirs, ours in (
+            (scene.collection.objects, collection.objects),
+            (scene.collection.children, collection.children),
+        ):
+            known = set(theirs)
+            for thing in [one for one in ours if one not in known]:
+                theirs.link(thing)
         bpy.data.collections.remove(collection)
         bpy.data.batch_remove([m for m in bpy.data.materials if m.get(MARK) and m.users == 0])
         self.report({"INFO"}, pgettext_rpt("Light paths cleared"))

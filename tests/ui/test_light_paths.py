@@ -255,6 +255,29 @@ def test_clear_leaves_the_file_as_it_was_and_what_a_person_put_there(scene, pres
     assert data() == before
 
 
+def test_clear_hands_back_what_the_scene_has_already_and_what_is_not_its_namesake(scene, press, tmp_path):
+    file = str(tmp_path / "library.blend")
+    stranger = bpy.data.objects.new("Mine", None)
+    bpy.data.libraries.write(file, {stranger})
+    bpy.data.objects.remove(stranger)
+    with bpy.data.libraries.load(file, link=True) as (_, chosen):
+        chosen.objects = ["Mine"]
+    add_interface(-1.5, shapes.box((-1, -1, -1), (1, 1, 1)))
+    press("nim.light_paths", rays=3)
+    paths, top = light_paths._collection_of(scene), scene.collection
+    child, another = bpy.data.collections.new("Child"), bpy.data.collections.new("Another")
+    mine = bpy.data.objects.new("Mine", None)
+    for home in (paths, top):
+        home.children.link(child)
+        home.objects.link(mine)
+    paths.children.link(another)
+    paths.objects.link(chosen.objects[0])
+    press("nim.light_paths_clear")
+    assert {child, another} <= set(top.children)
+    assert {mine, chosen.objects[0]} <= set(top.objects)
+    assert light_paths._collection_of(scene) is None
+
+
 def test_undo_and_redo(scene, press):
     add_interface(-1.5, shapes.box((-1, -1, -1), (1, 1, 1)))
     scene.cursor.location = (-5, 0, 0)

@@ -152,7 +152,8 @@ class _Check:
 
     def _clean_up(self):
         self.process = None
-        self.folder.cleanup()
+        if self.folder:  # none where the computer has no folder for temporary files
+            self.folder.cleanup()
 
 
 check = _Check()

@@ -93,6 +93,15 @@ def test_a_check_that_does_not_run_gives_its_reason(addon, press, monkeypatch):
     assert not preferences.check.running
 
 
+def test_a_check_without_a_temporary_folder_gives_its_reason(addon, press, monkeypatch, tmp_path):
+    monkeypatch.setattr(preferences, "check", preferences._Check())
+    monkeypatch.setattr(preferences.tempfile, "tempdir", str(tmp_path / "missing"))
+    with pytest.raises(RuntimeError, match=r"A second Blender could not be started: .*missing"):
+        press("nim.check_blender")
+    assert any("missing" in text for text in drawn(addon))
+    assert not preferences.check.running
+
+
 def test_disabling_ends_a_check_that_runs(addon, monkeypatch):
     import addon_utils
 

@@ -19,6 +19,8 @@ TRANSPARENT_BOUNCES = 64
 RADIUS, SUN = 0.1, 0.00918
 # The sentence that is added where a thing cannot be changed in this file.
 LINKED = "It is linked from a library: mend it in that file."
+# And where the mesh itself needs no mending, so that a button could change nothing.
+MODIFIED = "A modifier makes it so, not the mesh itself: mend it there."
 
 
 class Problem(NamedTuple):
@@ -154,11 +156,14 @@ def mesh_problems(worn, surfaces):
             text = "The normals of {name} point inwards, so that inside and outside are exchanged."
             if not shape.agreeing:
                 text = "The normals of {name} do not agree, so that inside and outside are exchanged here and there."
-            found.append(_about(thing, "normals", text, "Turn them out", materials))
+            own = _own_surface(thing, shape)
+            modified = own.agreeing and own.outward
+            found.append(_about(thing, "normals", text, "Turn them out", materials, modified))
         filled = tuple(sorted(material.name for material in worn if thing in worn[material] and _has_volume(material)))
         if filled and not shape.closed:
             text = "{name} has holes, but its material has a volume, which then has no end."
-            found.append(_about(thing, "open_volume", text, "Close the holes", filled))
+            modified = _own_surface(thing, shape).closed
+            found.append(_about(thing, "open_volume", text, "Close the holes", filled, modified))
     return found
 
 
@@ -201,11 +206,19 @@ def mend(scene, code=None):
     return mended
 
 
-def _about(thing, code, text, remedy, materials=None):
-    values = {"name": thing.name}
-    if thing.data.library:
-        return Problem(code, (text, LINKED), values, None, (thing.name,), materials)
-    return Problem(code, (text,), values, remedy, (thing.name,), materials)
+def _about(thing, code, text, remedy, materials=None, modified=False):
+    texts = (text, MODIFIED) if modified else (text,)
+    # modifiers are the object's, which may be of this file though its data is linked
+    linked = (thing if modified else thing.data).library
+    if linked:
+        texts += (LINKED,)
+    remedy = None if modified or linked else remedy
+    return Problem(code, texts, {"name": thing.name}, remedy, (thing.name,), materials)
+
+
+def _own_surface(thing, shape):
+    """The Surface of a mesh object without its modifiers; `shape`: the one with them."""
+    return surface(thing.data) if thing.modifiers else shape
 
 
 def _sizeless(light):

@@ -284,6 +284,9 @@ TEXTS = {
     "It is linked from a library: mend it in that file.": (
         "Está vinculado desde una biblioteca: se corrige en ese archivo."
     ),
+    "A modifier makes it so, not the mesh itself: mend it there.": (
+        "Se debe a un modificador, no a la propia malla: se corrige en él."
+    ),
     "Cycles is switched off in the preferences: only Cycles renders the interface.": (
         "Cycles está desactivado en las preferencias: solo Cycles procesa la interfaz."
     ),

@@ -92,6 +92,10 @@ def open_volume(scene):
     bmesh.ops.delete(shape, geom=[next(iter(shape.faces))], context="FACES_ONLY")
     shape.to_mesh(cube().data)
     shape.free()
+    fill_with_volume()
+
+
+def fill_with_volume():
     tree = cube().data.materials[0].node_tree
     volume = tree.nodes.new("ShaderNodeVolumeAbsorption")
     tree.links.new(volume.outputs[0], tree.get_output_node("CYCLES").inputs["Volume"])
@@ -171,6 +175,40 @@ def test_modifiers_count(scene):
     """Half a cube, closed by its mirror, is closed."""
     open_volume(scene)
     cube().modifiers.new("Close", "SOLIDIFY")
+    assert codes(scene) == []
+
+
+def flipped_by_solidify(scene):
+    with checks._Edited(cube().data) as shape:
+        checks.bmesh.ops.delete(shape, geom=list(shape.faces)[1:], context="FACES")
+    cube().modifiers.new("Thick", "SOLIDIFY").use_flip_normals = True
+
+
+def opened_by_mask(scene):
+    fill_with_volume()
+    cube().vertex_groups.new(name="Shown").add([0, 1, 2, 3], 1.0, "REPLACE")
+    cube().modifiers.new("Shown", "MASK").vertex_group = "Shown"
+
+
+@pytest.mark.parametrize(
+    "code, spoil",
+    [("normals", flipped_by_solidify), ("open_volume", opened_by_mask)],
+    ids=lambda value: getattr(value, "__name__", value),
+)
+def test_what_a_modifier_does_is_said_and_no_button_offered(scene, press, code, spoil):
+    spoil(scene)
+    (problem,) = checks.problems(scene)
+    assert problem.code == code and problem.remedy is None and checks.MODIFIED in problem.sentence
+    assert press("nim.mend", code=code) == {"CANCELLED"}
+    cube().modifiers.clear()
+    assert codes(scene) == []
+
+
+def test_a_mesh_that_is_wrong_itself_is_mended_under_its_modifiers(scene, press):
+    cube().modifiers.new("Round", "BEVEL")
+    inside_out(scene)
+    assert codes(scene) == ["normals"]
+    press("nim.mend", code="normals")
     assert codes(scene) == []
 
 

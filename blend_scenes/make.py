@@ -22,7 +22,8 @@ folder = Path(__file__).resolve().parent
 try:
     kinds = [scene_type(name) for name in sys.argv[1:] or SCENES]
 except ValueError as error:
-    sys.exit(f"make.py: {error}")
+    print(f"make.py: {error}", file=sys.stderr)
+    sys.exit(2)  # the words are wrong, as everywhere else; 1 is a failure
 for kind in kinds:
     # saved elsewhere and moved: a killed run leaves no half file, and a .blend records the path it was saved to
     with tempfile.TemporaryDirectory() as work, quiet():

@@ -6,6 +6,7 @@ import csv
 import importlib.util
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -449,6 +450,16 @@ def test_ctrl_c_or_a_kill_of_build_lets_the_command_clear_away(command, module, 
     (os.killpg if how == signal.SIGINT else os.kill)(run.pid, how)
     assert run.wait(20) == 128 + how
     assert (tmp_path / "cleared").exists()
+
+
+def test_build_of_a_scene_that_does_not_exist_is_a_usage_error():
+    done = subprocess.run(
+        [sys.executable, "-c", BUILD.format(file=str(ROOT / "build.py")), "blends", "spere"],
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 2 and done.stdout == ""
+    assert re.fullmatch(r"make.py: there is no scene 'spere'; did you mean sphere\? The .*\.\n", done.stderr)
 
 
 def test_physics_commands_do_not_wait_for_blender():

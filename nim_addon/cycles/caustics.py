@@ -21,12 +21,15 @@ from . import charts, lights
 from .density import LEVELS, Density, layout
 from .material import interface_nodes
 from .nodes import Nodes, empty_tree
-from .photons import ATTRIBUTE, HIDDEN, OWNER, SURFACES, Landed, Tracer, is_rendered, lands, mirrors_of, set_materials
+from .photons import ATTRIBUTE, Landed, Tracer, interfaces_of, lands, mirrors_of, set_materials
 from .render import interruptible
+from .rendered import HIDDEN, OWNER, counting, has_nodes, rendered
 
 DIGEST = "nim_caustics_of"  # of the collection: digest() of the scene that was traced
 MULTIPLE = "nim_caustics_multiple"  # of a lamp: whether it was found by chance too; of a sky: how it was sampled
+SKY = "nim_caustics_sky"  # of the collection: the world whose sun the caustics are of
 COLLECTION = "NIM Caustics"
+SURFACES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
 PHOTONS = 1 << 24
 PASS = 1 << 20  # photons of a round
 SAVING = 20  # seconds between two savings of a bake
@@ -35,6 +38,12 @@ TRIAL = 1 << 18  # photons by which the textures are laid out
 LAMP = ("type", "energy", "color", "exposure", "use_temperature", "temperature", "use_nodes", "normalize", "angle")
 LAMP += ("shadow_soft_size", "spot_size", "spot_blend", "shape", "size", "size_y", "spread")
 PLAIN = ("BOOLEAN", "INT", "FLOAT", "STRING", "ENUM")
+# of a modifier or a curve, and of no weight: another one in another session, or by the way it is shown
+MINOR = {"execution_time", "is_active", "use_pin_to_last", "session_uid", "users", "use_fake_user", "tag"}
+KNOT = ("co", "handle_left", "handle_right", "radius", "tilt", "weight", "rotation", "type")  # of a curve or a metaball
+# what a copy must have of an object to look like it
+ALIKE = ("visible_camera", "visible_diffuse", "visible_glossy", "visible_transmission", "visible_volume_scatter")
+ALIKE += ("visible_shadow", "is_shadow_catcher", "is_holdout", "color", "pass_index")
 NARROW = math.radians(10)  # a sun that is better traced than found by chance
 DISKS = 6  # lamps for a Gaussian sun
 
@@ -57,9 +66,8 @@ class Bake:
         scene.view_layers[0].update()  # places set by a script are not yet in the lamps' matrices
         self.sun = lights.sun_of(scene) if light is None else None
         if light is None:
-            lamps = [lamp for lamp in lights.lamps_of(scene) if is_rendered(lamp)]
             self.sources = [(self.sun, None)] if self.sun else []
-            self.sources += [(lights.light_of(lamp), lamp) for lamp in lamps]
+            self.sources += [(lights.light_of(lamp), lamp) for lamp in lights.lamps_of(scene)]
         else:
             self.sources = [(one, None) for one in light]
         if not self.sources:
@@ -134,6 +142,7 @@ class Bake:
             else:
                 _split(collection, lamp)
         if self.sun:
+            collection[SKY] = self.scene.world
             _hide_sun(self.scene.world)
         return self.density.power(self.done)
 
@@ -153,7 +162,7 @@ class Bake:
                     return False
                 self.density = Density(self.tracer.parts, self.tracer.charts, **Density.from_state(state))
                 self.done = int(state["done"])
-        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile):
             return False
         return True
 
@@ -192,8 +201,10 @@ def bake(scene, light=None, *, progress=None, file=None, **options):
 
     scene, light, options: as for Bake; progress: called with (rounds done, rounds in all)
     file: None, or a path to keep the state in now and then: a bake that was killed goes on from there; gone at the end
-    Raises as Bake does.
+    Raises as Bake does, and OSError where there is no folder for the file.
     """
+    if file and not Path(file).parent.is_dir():
+        raise OSError(f"there is no folder {Path(file).parent} to keep the bake in; make it, or name another.")
     part = Path(f"{file}.part")
     with Bake(scene, light, **options) as one, interruptible(lambda: part.unlink(missing_ok=True)):
         if file:
@@ -217,9 +228,7 @@ def digest(scene):
     """A mark of all that decides the caustics of `scene`: shapes and places, media, lamps; another one if any changes."""
     lines = [repr(lights.sun_of(scene))]
     scene.view_layers[0].update()
-    for thing in scene.objects:
-        if not is_rendered(thing):
-            continue
+    for thing in rendered(scene):
         if thing.type == "LIGHT":
             what = [_plain(getattr(thing.data, name, None)) for name in LAMP]
         elif thing.type in SURFACES:
@@ -233,7 +242,11 @@ def digest(scene):
 
 def _shape_mark(data):
     if not isinstance(data, bpy.types.Mesh):
-        return _settings(data)
+        knots = [point for spline in getattr(data, "splines", ()) for point in (*spline.points, *spline.bezier_points)]
+        places = [
+            [_plain(getattr(one, name, None)) for name in KNOT] for one in (*knots, *getattr(data, "elements", ()))
+        ]
+        return [_settings(data), places]
     mark = hashlib.sha256(charts.read(data.vertices, "co", 3).tobytes())
     mark.update(charts.read(data.loops, "vertex_index", 1, np.int32).tobytes())
     if data.shape_keys:
@@ -242,9 +255,9 @@ def _shape_mark(data):
 
 
 def _material_mark(material):
-    if material is None or lands(material):
-        return "lands"
-    nodes = [*interface_nodes(material), *mirrors_of(material)]
+    nodes = [*interfaces_of(material), *mirrors_of(material)]
+    if not nodes:
+        return "lands" if lands(material) else "dark"
     sockets = [socket for node in nodes for socket in node.inputs if hasattr(socket, "default_value")]
     return [[socket.name, socket.is_linked, _plain(socket.default_value)] for socket in sockets]
 
@@ -252,16 +265,24 @@ def _material_mark(material):
 def _settings(owner):
     """The plain properties of a modifier or a curve, and the inputs of geometry nodes."""
     values = {
-        one.identifier: _plain(getattr(owner, one.identifier)) for one in owner.bl_rna.properties if one.type in PLAIN
+        one.identifier: _plain(getattr(owner, one.identifier))
+        for one in owner.bl_rna.properties
+        if one.type in PLAIN and one.identifier not in MINOR and not _is_look(one.identifier)
     }
     for key in owner.keys() if isinstance(owner, bpy.types.NodesModifier) else ():
         values[key] = repr(owner[key])
     return values
 
 
+def _is_look(identifier):
+    return identifier.startswith("show_") and identifier != "show_render"
+
+
 def _plain(value):
     if value is None or isinstance(value, (str, bool, int)):
         return value
+    if isinstance(value, set):
+        return sorted(value)
     return round(value, 6) if isinstance(value, float) else [_plain(one) for one in value]
 
 
@@ -275,6 +296,13 @@ def best_way(scene):
 def baked(scene):
     """The collection of the caustics in `scene`, or None."""
     return next((one for one in scene.collection.children if one.get(OWNER)), None)
+
+
+def left(scene):
+    """Whether there is anything in `scene` for clear() to take back, if only what stays hidden without its copy."""
+    return baked(scene) is not None or any(
+        thing.get(HIDDEN) or (thing.type == "LIGHT" and thing.data.get(MULTIPLE) is not None) for thing in scene.objects
+    )
 
 
 def out_of_date(scene):
@@ -304,18 +332,38 @@ def clear(scene):
         if thing.type == "LIGHT" and thing.data.get(MULTIPLE) is not None:
             thing.data.cycles.use_multiple_importance_sampling = thing.data[MULTIPLE]
             del thing.data[MULTIPLE]
-    if scene.world and scene.world.get(MULTIPLE) is not None:
-        scene.world.node_tree.nodes[lights.HIDDEN].outputs[0].default_value = 0.0
-        scene.world.cycles.sampling_method = scene.world[MULTIPLE]
-        del scene.world[MULTIPLE]
+    for world in {scene.world, *(one.get(SKY) for one in collections)} - {None}:
+        if world.get(MULTIPLE) is not None:
+            _switch_sun(world, hidden=False)
+            world.cycles.sampling_method = world[MULTIPLE]
+            del world[MULTIPLE]
+    for collection in collections:
+        _hand_back(scene, collection)
     bpy.data.batch_remove([*things, *collections])
     bpy.data.batch_remove([*data, *materials, *images])
+
+
+def _hand_back(scene, collection):
+    """Leave what a person put into the collection of the caustics to the scene."""
+    keeps, others = scene.collection, set(collection.children)
+    held = {thing for one in scene.collection.children_recursive if one != collection for thing in one.objects}
+    for thing in collection.objects:
+        if not thing.get(OWNER) and thing not in held and thing not in set(keeps.objects):
+            keeps.objects.link(thing)
+    for child in others - set(keeps.children):
+        keeps.children.link(child)
+
+
+def _switch_sun(world, hidden):
+    node = world.node_tree and world.node_tree.nodes.get(lights.HIDDEN)
+    if node:  # unless the sky was made anew
+        node.outputs[0].default_value = float(hidden)
 
 
 def _hide_sun(world):
     """Leave the sun in a sky to where nothing was scattered: a lamp and the photons stand for it elsewhere."""
     world[MULTIPLE] = world.cycles.sampling_method
-    world.node_tree.nodes[lights.HIDDEN].outputs[0].default_value = 1.0
+    _switch_sun(world, hidden=True)
     world.cycles.sampling_method = "NONE"  # without its sun the sky is smooth, and is found by chance
 
 
@@ -344,17 +392,29 @@ def _replace(scene, collection, name, copies, irradiance, layers):
     image.pixels.foreach_set(pixels.ravel())
     image.update()
     image.pack()
-    original = scene.objects[name]
+    original = next(thing for thing in scene.objects if thing.name == name and not thing.library)
     for mesh, matrix in copies:
         thing = bpy.data.objects.new(f"{COLLECTION} {name}", mesh)
-        thing[OWNER] = True
         thing.matrix_world = matrix
+        _look_alike(thing, original)
+        thing[OWNER] = True
         for index, material in enumerate(list(mesh.materials)):
             if material is None or lands(material):
                 mesh.materials[index] = _shining(material, image, layers)
         collection.objects.link(thing)
     original[HIDDEN] = 2 if original.hide_viewport else 1
     original.hide_render = original.hide_viewport = True
+
+
+def _look_alike(thing, original):
+    """Give an object what decides, beside mesh and materials, how another one is rendered."""
+    for key, value in original.items():
+        if isinstance(value, (bool, int, float, str)) and not key.startswith("nim_"):
+            thing[key] = value
+    for name in ALIKE:
+        setattr(thing, name, getattr(original, name))
+    for kind in ("receiver_collection", "blocker_collection"):
+        setattr(thing.light_linking, kind, getattr(original.light_linking, kind))
 
 
 def _lamps(collection, light):
@@ -419,6 +479,8 @@ def _split(collection, lamp):
 def _plain_diffuse(material):
     """Give a material without nodes those of what Cycles renders in its place."""
     nodes = Nodes(empty_tree(material))
+    if not material.use_nodes:
+        material.use_nodes = True
     nodes.end(nodes.add("ShaderNodeBsdfDiffuse", inputs={"Color": tuple(material.diffuse_color)}))
 
 
@@ -426,11 +488,11 @@ def _shining(material, image, layers):
     """A copy of `material` that also sends out what it would of the light in `image`, whose windows are those _layers()."""
     copy = material.copy() if material else bpy.data.materials.new(COLLECTION)
     copy[OWNER] = True
-    if material is None or material.node_tree is None:
+    if not has_nodes(material):
         _plain_diffuse(copy)
     tree = copy.node_tree
-    output = next(node for node in tree.nodes if node.type == "OUTPUT_MATERIAL" and node.is_active_output)
-    diffuse = next((node for node in tree.nodes if node.type in ("BSDF_DIFFUSE", "BSDF_PRINCIPLED")), None)
+    output = tree.get_output_node("CYCLES")
+    diffuse = next((node for node in counting(copy) if node.type in ("BSDF_DIFFUSE", "BSDF_PRINCIPLED")), None)
 
     nodes = Nodes(tree)
     back = nodes.add("ShaderNodeNewGeometry").outputs["Backfacing"]

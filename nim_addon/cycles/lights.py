@@ -12,6 +12,8 @@ from typing import NamedTuple
 import mathutils
 import numpy as np
 
+from .rendered import rendered
+
 TURNS = 60  # ways to turn the frame about the light's direction, of which the tightest is taken
 SUN = "nim_sun"  # of a bpy.types.World: direction, irradiance and angle of the Gaussian sun in its sky
 HIDDEN = "NIM Sun hidden"  # its Value node: 1 hides that sun from paths that were scattered
@@ -175,12 +177,10 @@ def sun_of(scene):
 
 
 def lamps_of(scene):
-    """The objects of type LIGHT that shine in a render of `scene`, suns first, then spots, points and areas."""
+    """The lamps that shine in a render of `scene` without baked caustics: suns first, then spots, points and areas."""
     order = ("SUN", "SPOT", "POINT", "AREA")
     lamps = [
-        thing
-        for thing in scene.objects
-        if thing.type == "LIGHT" and not thing.hide_render and thing.data.energy > 0 and any(thing.data.color)
+        thing for thing in rendered(scene) if thing.type == "LIGHT" and thing.data.energy > 0 and any(thing.data.color)
     ]
     return sorted(lamps, key=lambda thing: (order.index(thing.data.type), thing.name))
 

@@ -5,8 +5,6 @@ A camera stands where the light is (lights.Shot). Every surface that light lands
 and only if the path met an interface or a mirror before: light that reaches a surface straight is the path tracer's.
 """
 
-import contextlib
-
 import bpy
 import mathutils
 import numpy as np
@@ -17,16 +15,14 @@ from .charts import Chart, Part, read
 from .material import MARK, fill_group, interface_nodes, interface_of
 from .nodes import Nodes, empty_tree
 from .render import pixels_of
+from .rendered import as_rendered, counting, has_nodes, is_rendered, rendered
 
 ATTRIBUTE = "nim_place"
-OWNER = "nim_caustics"  # marks what a bake (caustics.Bake) put into the scene
-HIDDEN = "nim_caustics_hidden"  # and what it put a copy in the place of
 # Within a medium light is counted for less (Tracer.shares). The share of a crossing, (n_i / n_t)^2, travels as a colour
 # (1, 2 - s, s), which must stay positive and of mean 1, so that no path changes: s is the share to a small power.
 POWER = 0.05
 WHITE = (1.0, 1.0, 1.0)
 SHINY = 0.003  # Cycles takes a rougher closure as not quite a mirror, and finds lamps in it
-SURFACES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
 KINDS = ("objects", "meshes", "materials", "worlds", "cameras", "scenes", "node_groups")
 SAMPLES = 5  # points along an edge of a box that light is sent at
 
@@ -98,15 +94,24 @@ class Tracer:
         nodes.end(nodes.add("ShaderNodeHoldout"))
         self.bending = {}  # materials for photons, by the name of what they stand for
         bent, corners, self.surfaces = [], [], []
+        shown = set(rendered(self.source))
         with as_rendered(self.source) as depsgraph:
+            # hiding these, as a copy in their place asks for, would hide their instances
+            sources = {
+                instance.parent.original
+                for instance in depsgraph.object_instances
+                if instance.is_instance and not _is_own(instance)
+            }
             for instance in depsgraph.object_instances:
                 thing = instance.object
-                if thing.type in SURFACES and instance.show_self and is_rendered(thing.original):
-                    matrix = instance.matrix_world.copy()
-                    copy, bends = self._add(thing, matrix, depsgraph, instance.is_instance)
+                single = not instance.is_instance or _is_own(instance)
+                there = thing.original in shown if single else is_rendered(thing.original)
+                # curves, texts and the like are there a second time, as the mesh that they become
+                if thing.type == "MESH" and instance.show_self and there:
+                    lit = single and thing.original not in sources and _can_be_replaced(thing.original)
+                    copy, bends, box = self._add(thing, instance.matrix_world.copy(), depsgraph, lit)
                     if copy is None:
                         continue
-                    box = _box(copy.data, matrix)
                     corners.append(box)
                     if bends:
                         bent.append(box)
@@ -114,22 +119,34 @@ class Tracer:
         if not bent:
             raise ValueError("the scene has no interface or mirror; give a mesh the material of a NIM.")
         if not self.charts:
-            raise ValueError("the scene has no diffuse surface for light to land on; add a ground or a floor.")
+            raise ValueError(
+                "the scene has no diffuse surface of its own for light to land on (none that is instanced, linked, or in "
+                "another scene too); add a ground or a floor."
+            )
         self.target = lights.Target(np.concatenate(bent), np.concatenate(corners))
         self.camera = bpy.data.objects.new("NIM photons", bpy.data.cameras.new("NIM photons"))
         scene.collection.objects.link(self.camera)
         scene.camera = self.camera
 
-    def _add(self, thing, matrix, depsgraph, instanced):
-        """Put a copy of an object into the scene; returns it, or None for one without faces, and whether it bends light."""
+    def _add(self, thing, matrix, depsgraph, lit):
+        """Put a copy of an object into the scene, which, if `lit`, light can land on.
+
+        Returns it, or None for one without faces, whether it bends light, and its _box().
+        """
         mesh = bpy.data.meshes.new_from_object(thing, preserve_all_data_layers=True, depsgraph=depsgraph)
         if not mesh.polygons:
-            return None, False
+            return None, False, None
+        if not _is_plain(matrix):
+            # an object of its own cannot be sheared, as one with a parent can
+            mesh.transform(matrix)
+            if matrix.determinant() < 0:
+                mesh.flip_normals()
+            matrix = mathutils.Matrix.Identity(4)
         materials = list(mesh.materials) or [None]
         bending = [self._bending(material) for material in materials]
         lands_here = [not b and (m is None or lands(m)) for b, m in zip(bending, materials, strict=True)]
-        # what stands in several places, or in a library, cannot be given a light of its own: it only throws a shadow
-        if any(lands_here) and not instanced and not thing.original.library:
+        # what cannot be given a light of its own only throws a shadow
+        if any(lands_here) and lit:
             self._mark(mesh, matrix, lands_here, thing.original.name)
         else:
             lands_here = [False] * len(lands_here)
@@ -139,19 +156,19 @@ class Tracer:
         copy = bpy.data.objects.new("NIM photons", mesh)
         copy.matrix_world = matrix
         self.scene.collection.objects.link(copy)
-        return copy, any(bending)
+        return copy, any(bending), _box(mesh, matrix)
 
     def _bending(self, material):
         """The material that bends or mirrors photons as `material` does light; None for one that does neither."""
-        if material is None or material.node_tree is None:
+        if not has_nodes(material):
             return None
-        if material.name in self.bending:
-            return self.bending[material.name]
-        nodes, mirrors = interface_nodes(material), mirrors_of(material)
-        if not nodes and not mirrors:
+        if material.name_full in self.bending:
+            return self.bending[material.name_full]
+        mirrors = mirrors_of(material)
+        if not mirrors and not interfaces_of(material):
             return None
         copy = material.copy()
-        for node in interface_nodes(copy):
+        for node in interfaces_of(copy):
             self._note(interface_of(node), node)
             node.node_tree = self.group
         for node in mirrors_of(copy):
@@ -161,7 +178,7 @@ class Tracer:
                 self._tame(copy.node_tree, node)
         if mirrors:
             self.trees.append(copy.node_tree)
-        self.bending[material.name] = copy
+        self.bending[material.name_full] = copy
         return copy
 
     def _note(self, interface, node):
@@ -219,8 +236,7 @@ class Tracer:
         """Give each corner of the faces that light lands on its place in a chart: (1 to 2, 1 to 2, 4 (chart + 1))."""
         frame = np.array(matrix)
         vertices = read(mesh.vertices, "co", 3) @ frame[:3, :3].T + frame[:3, 3]
-        flat_matrix = abs(np.linalg.det(frame[:3, :3])) < 1e-30
-        normals = read(mesh.polygons, "normal", 3) @ (np.eye(3) if flat_matrix else np.linalg.inv(frame[:3, :3]))
+        normals = read(mesh.polygons, "normal", 3) @ np.linalg.inv(frame[:3, :3])
         polygons = [tuple(polygon.vertices) for polygon in mesh.polygons]
         number, axes = charts.charts_of(vertices, polygons, normals)
         slot = np.minimum(read(mesh.polygons, "material_index", 1, np.int32)[:, 0], len(lands_here) - 1)
@@ -229,7 +245,7 @@ class Tracer:
         values = np.zeros((len(face), 3), np.float32)
         chart_of = np.full(len(face), -1)
         here = np.asarray(lands_here)[slot[face]]
-        if not np.ptp(at, axis=0).any() or flat_matrix:
+        if not read(mesh.polygons, "area", 1).any():
             raise ValueError(f"{name} has no area for light to land on; scale it up, or hide it from renders.")
         order = np.argsort(number[face], kind="stable")
         bounds = np.searchsorted(number[face][order], np.arange(len(axes) + 1))
@@ -278,7 +294,9 @@ class Tracer:
         for thing in self.surfaces:
             frame = np.array(thing.matrix_world)
             vertices = read(thing.data.vertices, "co", 3) @ frame[:3, :3].T + frame[:3, 3]
-            tree = BVHTree.FromPolygons(vertices.tolist(), [tuple(face.vertices) for face in thing.data.polygons])
+            outwards = 1 if thing.matrix_world.determinant() > 0 else -1  # what is mirrored is wound the other way
+            faces = [tuple(face.vertices)[::outwards] for face in thing.data.polygons]
+            tree = BVHTree.FromPolygons(vertices.tolist(), faces)
             for vertex in vertices[:: max(1, len(vertices) // 64)]:
                 way = mathutils.Vector(vertex - np.asarray(place))
                 _, normal, _, distance = tree.ray_cast(mathutils.Vector(place), way)
@@ -338,52 +356,47 @@ def set_materials(mesh, materials):
             mesh.materials.append(material)
 
 
+def _is_own(instance):
+    """Whether an instance is but the mesh that its object, a curve, a text or the like, becomes."""
+    thing = instance.object.original
+    return instance.is_instance and thing.type != "MESH" and instance.parent.original == thing
+
+
+def _can_be_replaced(thing):
+    """Whether a copy of an object can stand in its place, which hides it: not in another scene, nor in a library."""
+    return not thing.library and len(thing.users_scene) == 1
+
+
+def _is_plain(matrix):
+    """Whether a matrix is a place, a rotation and a scale, none of them 0."""
+    if abs(matrix.determinant()) < 1e-30:
+        return False
+    plain = mathutils.Matrix.LocRotScale(*matrix.decompose())
+    return np.allclose(plain, matrix, rtol=0, atol=1e-5 * np.abs(matrix).max())
+
+
 def _since(before):
     return [data for kind in KINDS for data in set(getattr(bpy.data, kind)) - before[kind]]
-
-
-@contextlib.contextmanager
-def as_rendered(scene):
-    """The depsgraph of `scene` with its modifiers as a render sees them, not as the viewport shows them."""
-    changed = []
-
-    def put(owner, name, value):
-        if getattr(owner, name) != value:
-            changed.append((owner, name, getattr(owner, name)))
-            setattr(owner, name, value)
-
-    for thing in scene.objects:
-        if is_rendered(thing):
-            put(thing, "hide_viewport", False)
-        for modifier in thing.modifiers:
-            put(modifier, "show_viewport", modifier.show_render)
-            if hasattr(modifier, "render_levels"):
-                put(modifier, "levels", modifier.render_levels)
-    try:
-        with bpy.context.temp_override(scene=scene, view_layer=scene.view_layers[0]):
-            yield bpy.context.evaluated_depsgraph_get()
-    finally:
-        for owner, name, value in changed:
-            setattr(owner, name, value)
-
-
-def is_rendered(thing):
-    """Whether an object is seen in renders of its scene without baked caustics."""
-    return not thing.get(OWNER) and (not thing.hide_render or bool(thing.get(HIDDEN)))
 
 
 def lands(material):
     """Whether light lands on a material: it scatters diffusely."""
     kinds = {"BSDF_DIFFUSE", "BSDF_PRINCIPLED", "EEVEE_SPECULAR", "SUBSURFACE_SCATTERING", "BSDF_TRANSLUCENT"}
-    return material.node_tree is None or any(node.type in kinds for node in material.node_tree.nodes)
+    return not has_nodes(material) or any(node.type in kinds for node in counting(material))
+
+
+def interfaces_of(material):
+    """The interface nodes of a bpy.types.Material (or None) that a render asks."""
+    asked = counting(material)
+    return [node for node in interface_nodes(material) if node in asked]
 
 
 def mirrors_of(material):
     """The nodes of a bpy.types.Material that mirror or bend light sharply, as photons can; none where it also scatters."""
     kinds = {"BSDF_GLOSSY", "BSDF_GLASS", "BSDF_REFRACTION"}
-    if material is None or material.node_tree is None or lands(material):
+    if lands(material):
         return []
-    nodes = [node for node in material.node_tree.nodes if node.type in kinds]
+    nodes = [node for node in counting(material) if node.type in kinds]
     sharp = all(not n.inputs["Roughness"].is_linked and n.inputs["Roughness"].default_value <= SHINY for n in nodes)
     return nodes if sharp else []
 
@@ -398,9 +411,8 @@ def _fed(socket):
 
 def _count(nodes, power):
     """The colour that counts a crossing whose share has that POWER."""
-    return nodes.add("ShaderNodeCombineXYZ", inputs={0: 1.0, 1: nodes.math("SUBTRACT", 2.0, power), 2: power}).outputs[
-        0
-    ]
+    rest = nodes.math("SUBTRACT", 2.0, power)
+    return nodes.add("ShaderNodeCombineXYZ", inputs={0: 1.0, 1: rest, 2: power}).outputs[0]
 
 
 def _switch(nodes, name):

@@ -11,7 +11,6 @@ from bpy.props import EnumProperty, IntProperty, PointerProperty
 
 from .. import cli
 from ..cycles import caustics, lights
-from ..cycles.photons import is_rendered
 from . import later, scenes
 
 MILLION = 1_000_000  # photons in the panel's unit
@@ -161,9 +160,8 @@ def _lights(scene):
     """What is traced, by its kind: "Sun: Key; Spot: Left, Right"; empty where nothing shines."""
     kinds = {pgettext_iface("Sky"): [pgettext_iface("its sun")]} if lights.sun_of(scene) else {}
     for lamp in lights.lamps_of(scene):
-        if is_rendered(lamp):
-            kind = lamp.data.bl_rna.properties["type"].enum_items[lamp.data.type].name
-            kinds.setdefault(pgettext_iface(kind), []).append(lamp.name)
+        kind = lamp.data.bl_rna.properties["type"].enum_items[lamp.data.type].name
+        kinds.setdefault(pgettext_iface(kind), []).append(lamp.name)
     return "; ".join(f"{kind}: {', '.join(names)}" for kind, names in kinds.items())
 
 
@@ -281,6 +279,9 @@ class NIM_OT_bake_caustics(bpy.types.Operator):
         except ReferenceError:
             _stop()
             return {"CANCELLED"}
+        except BaseException:
+            _stop()  # or no other bake could be started
+            raise
         return set()
 
     def _stopped(self):
@@ -342,7 +343,7 @@ class NIM_OT_clear_caustics(bpy.types.Operator):
             problem = "Caustics are being baked; Esc stops it"
         elif context.mode != "OBJECT":
             problem = "Leave the mode you are in for Object Mode first"
-        elif caustics.baked(context.scene) is None:
+        elif not caustics.left(context.scene):
             problem = "This scene has no baked caustics"
         if problem:
             cls.poll_message_set(problem)

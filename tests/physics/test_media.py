@@ -154,5 +154,7 @@ def test_the_catalogue_holds_the_media_of_the_thesis():
     held = set(MEDIA.values())
     assert {Medium(n) for n in (1, 1.33, 1.5, 2.418, -1.025, -1.33, -1.5, -2.418, -4.1)} <= held
     assert {Medium(-1.33, -10), Medium(-1.33, -25)} <= held
+    wanted = {"vacuum": 1, "air": 1, "water": 1.33, "glass": 1.5, "diamond": 2.418, "nim": -1.33}
+    assert {name: MEDIA[name] for name in wanted} == {name: Medium(n) for name, n in wanted.items()}
     with pytest.raises(TypeError):
         MEDIA["water"] = Medium(2)

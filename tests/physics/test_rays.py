@@ -191,6 +191,27 @@ def test_cylinder_is_a_ball_across_its_axis_and_a_slab_along_it():
         assert (len(paths.ray) > 7) == meets and (set(paths.fate) == {Fate.ESCAPED}) == (not meets)
 
 
+@pytest.mark.parametrize(
+    ("unit", "moved"),
+    [
+        (Sphere((0, 0, 0), 1, Interface(Medium(-1.5))), Sphere((3, -2, 7), 0.4, Interface(Medium(-1.5)))),
+        (
+            Cylinder((0, -1, 0), (0, 1, 0), 1, Interface(Medium(-1.5))),
+            Cylinder((3, -2.4, 7), (3, -1.6, 7), 0.4, Interface(Medium(-1.5))),
+        ),
+    ],
+    ids=["sphere", "cylinder"],
+)
+def test_a_shape_elsewhere_and_of_another_size_is_the_same_picture(unit, moved):
+    place, scale = np.array([3, -2, 7]), 0.4
+    x = np.linspace(-0.9, 0.9, 7)
+    origins = np.stack([x, 0.3 * x, 0 * x + 5], -1)
+    wanted = trace(Shapes(unit), origins, (0.1, 0.05, -1))
+    found = trace(Shapes(moved), place + scale * origins, (0.1, 0.05, -1), reach=scale)
+    np.testing.assert_allclose(found.end, place + scale * wanted.end, atol=100 * GAP)
+    np.testing.assert_allclose(found.energy, wanted.energy, atol=1e-7)
+
+
 def test_grazing_rays_are_safe():
     for height in (1 - 1e-15, 1 - 1e-9, 1.0, 1 + 1e-9):
         paths = trace(ball(-1.5), (height, 0, 5), (0, 0, -1))

@@ -479,7 +479,7 @@ def _split(collection, lamp):
 def _plain_diffuse(material):
     """Give a material without nodes those of what Cycles renders in its place."""
     nodes = Nodes(empty_tree(material))
-    if not material.use_nodes:
+    if not has_nodes(material):
         material.use_nodes = True
     nodes.end(nodes.add("ShaderNodeBsdfDiffuse", inputs={"Color": tuple(material.diffuse_color)}))
 

@@ -7,6 +7,7 @@ import bpy
 
 OWNER = "nim_caustics"  # marks what a bake (caustics.Bake) put into the scene
 HIDDEN = "nim_caustics_hidden"  # and what it put a copy in the place of
+ALWAYS_NODES = (5, 0)  # the Blender from which on a material's nodes cannot be switched off
 
 
 def is_rendered(thing):
@@ -70,7 +71,9 @@ def as_rendered(scene):
 
 def has_nodes(material):
     """Whether a bpy.types.Material, or None, is made of nodes; else it is a plain diffuse one."""
-    return material is not None and material.use_nodes and material.node_tree is not None
+    if material is None or material.node_tree is None:
+        return False
+    return bpy.app.version >= ALWAYS_NODES or material.use_nodes
 
 
 def counting(material):

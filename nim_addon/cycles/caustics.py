@@ -23,7 +23,7 @@ from .material import interface_nodes
 from .nodes import Nodes, empty_tree
 from .photons import ATTRIBUTE, Landed, Tracer, interfaces_of, lands, mirrors_of, set_materials
 from .render import interruptible
-from .rendered import HIDDEN, OWNER, counting, has_nodes, rendered
+from .visibility import HIDDEN, OWNER, counting, has_nodes, rendered
 
 DIGEST = "nim_caustics_of"  # of the collection: digest() of the scene that was traced
 MULTIPLE = "nim_caustics_multiple"  # of a lamp: whether it was found by chance too; of a sky: how it was sampled

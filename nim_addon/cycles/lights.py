@@ -12,7 +12,7 @@ from typing import NamedTuple
 import mathutils
 import numpy as np
 
-from .rendered import rendered
+from .visibility import rendered
 
 TURNS = 60  # ways to turn the frame about the light's direction, of which the tightest is taken
 SUN = "nim_sun"  # of a bpy.types.World: direction, irradiance and angle of the Gaussian sun in its sky

@@ -11,12 +11,13 @@ from ..physics import MEDIA, Interface, Medium
 from ..physics.media import LEAST, MOST
 from . import native_nodes, script_node
 from .nodes import empty_tree
+from .visibility import INTERFACE as MARK
+from .visibility import Asked, asked, value_of
 
 NODE_NAME = "NIM Interface"
 GROUP_NAMES = MappingProxyType({"osl": "NIM Interface", "nodes": "NIM Interface (nodes)"})
 BACKENDS = ("auto", *GROUP_NAMES)
-# The custom property of our groups that holds their backend.
-MARK = "nim_interface"
+# MARK is the custom property of our groups that holds their backend.
 # The custom property that holds which form of sockets and optics a group was filled with; what has none is older.
 VERSION_MARK = "nim_version"
 # Raise it with every change to SOCKETS, native_nodes or nim_interface.osl: cycles.versions then mends older files.
@@ -224,17 +225,25 @@ def interface_nodes(material):
     ]
 
 
-def interface_of(node):
-    """The physics.Interface that an interface node's unlinked values describe, as both shaders read them.
+def asked_interfaces(material: bpy.types.Material | None) -> list[Asked]:
+    """The interface nodes that a render asks for the surface of a material, those in a person's own groups too."""
+    return [
+        one
+        for one in asked(material)
+        if one.node.type == "GROUP" and one.node.node_tree and one.node.node_tree.get(MARK)
+    ]
 
-    The permeabilities count by magnitude. Returns None where a link decides an index or a permeability, or where one is
-    0 or out of a Medium's range.
+
+def interface_of(node: bpy.types.Node, path: tuple = ()) -> Interface | None:
+    """The physics.Interface that the values of an interface node describe, as both shaders read them.
+
+    path: the groups that it is in, as asked_interfaces() gives them. The permeabilities count by magnitude. Returns None
+    where a node other than a Value decides an index or a permeability, or where one is 0 or out of a Medium's range.
     """
     media = []
     for side in ("Inside", "Outside"):
-        sockets = node.inputs[f"Index {side}"], node.inputs[f"Permeability {side}"]
-        n, mu = (socket.default_value for socket in sockets)
-        if any(socket.is_linked for socket in sockets) or not all(LEAST <= abs(value) <= MOST for value in (n, mu)):
+        n, mu = (value_of(node.inputs[f"{kind} {side}"], path) for kind in ("Index", "Permeability"))
+        if n is None or mu is None or not all(LEAST <= abs(value) <= MOST for value in (n, mu)):
             return None
         media.append(Medium(n, math.copysign(mu, n)))
     return Interface(*media)

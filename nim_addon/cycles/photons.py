@@ -15,7 +15,7 @@ from .charts import Chart, Part, read
 from .material import MARK, fill_group, interface_nodes, interface_of
 from .nodes import Nodes, empty_tree
 from .render import pixels_of
-from .rendered import as_rendered, counting, has_nodes, is_rendered, rendered
+from .visibility import as_rendered, counting, has_nodes, is_rendered, rendered
 
 ATTRIBUTE = "nim_place"
 # Within a medium light is counted for less (Tracer.shares). The share of a crossing, (n_i / n_t)^2, travels as a colour

@@ -11,7 +11,7 @@ import pytest
 from nim_addon.cycles import caustics
 from nim_addon.cycles.material import interface_material
 from nim_addon.cycles.nodes import Nodes, empty_tree
-from nim_addon.cycles.rendered import ALWAYS_NODES, HIDDEN
+from nim_addon.cycles.visibility import ALWAYS_NODES, HIDDEN
 from nim_addon.physics import Medium
 from nim_addon.scenes import shapes, sphere, surfaces
 

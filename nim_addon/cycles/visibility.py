@@ -1,0 +1,232 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a render of a scene shows, whatever the viewport shows: one idea for renders, bakes, checks and light paths.
+
+Objects are read from the evaluated dependency graph, since materials may sit in the slots of an object or of its mesh,
+come from geometry nodes, from an instance, or from the view layer; nodes are read through the groups they are in.
+"""
+
+import contextlib
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import bpy
+import mathutils
+
+OWNER = "nim_caustics"  # marks what a bake (caustics.Bake) put into the scene
+HIDDEN = "nim_caustics_hidden"  # and what it put a copy in the place of
+ALWAYS_NODES = (5, 0)  # the Blender from which on a material's nodes cannot be switched off
+INTERFACE = "nim_interface"  # the custom property of the node groups that are interfaces (material.MARK)
+
+
+class Shown(NamedTuple):
+    """A mesh that a render shows, once for each instance; valid only as long as its depsgraph.
+
+    object:    evaluated; its data is the mesh that is rendered
+    original:  the object of the file that it is, or that it is an instance of
+    matrix:    of this instance, mathutils.Matrix
+    materials: original materials or None, by the material index of faces; at least one
+    single:    whether it is that object itself, not an instance of it
+    parent:    the original object that makes the instances, or None
+    """
+
+    object: bpy.types.Object
+    original: bpy.types.Object
+    matrix: mathutils.Matrix
+    materials: tuple
+    single: bool
+    parent: bpy.types.Object | None
+
+
+class Asked(NamedTuple):
+    """A node that a render asks, and `path`, the group nodes that it lies within, the outermost first."""
+
+    node: bpy.types.Node
+    path: tuple
+
+
+# ------------------------------------------------------------------------------------------------ objects
+
+
+def is_rendered(thing):
+    """Whether an object is seen in renders without baked caustics, wherever one of its collections or instances is."""
+    return not thing.get(OWNER) and (not thing.hide_render or bool(thing.get(HIDDEN)))
+
+
+def rendered(scene):
+    """The objects, in the order of the scene, that a render of `scene` without baked caustics shows by themselves."""
+    held = set()
+    for layer in _layers(scene):
+        held.update(layer.collection.objects)
+    return [thing for thing in scene.objects if thing in held and is_rendered(thing)]
+
+
+def _layers(scene):
+    """The layer collections of the first view layer that are rendered."""
+    found, queue = [], [scene.view_layers[0].layer_collection]
+    while queue:
+        layer = queue.pop()
+        if not layer.collection.hide_render:
+            queue += layer.children  # which can be there where what holds them is excluded
+            if not layer.exclude:
+                found.append(layer)
+    return found
+
+
+@contextlib.contextmanager
+def as_rendered(scene):
+    """The depsgraph of `scene` with its objects and modifiers as a render sees them, not as the viewport shows them.
+
+    Where the two differ it changes the scene for as long, so it is for operators and commands, not for drawing.
+    """
+    changed, eyes, view = [], [], scene.view_layers[0]
+
+    def put(owner, name, value):
+        if getattr(owner, name) != value:
+            changed.append((owner, name, getattr(owner, name)))
+            setattr(owner, name, value)
+
+    for layer in _layers(scene):
+        put(layer, "hide_viewport", False)
+        put(layer.collection, "hide_viewport", False)
+    shown = set(rendered(scene))
+    for thing in scene.objects:
+        if thing in shown:
+            put(thing, "hide_viewport", False)
+            if thing.hide_get(view_layer=view):
+                eyes.append(thing)
+                thing.hide_set(False, view_layer=view)
+        for modifier in thing.modifiers:
+            put(modifier, "show_viewport", modifier.show_render)
+            if hasattr(modifier, "render_levels"):
+                put(modifier, "levels", modifier.render_levels)
+    try:
+        with bpy.context.temp_override(scene=scene, view_layer=view):
+            yield bpy.context.evaluated_depsgraph_get()
+    finally:
+        for thing in eyes:
+            thing.hide_set(True, view_layer=view)
+        for owner, name, value in reversed(changed):
+            setattr(owner, name, value)
+
+
+def shown(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> Iterator[Shown]:
+    """Each mesh, curves and texts as the meshes they become, that a render of `scene` without baked caustics shows.
+
+    depsgraph: as_rendered()'s, for all that a render shows; the viewport's, while drawing, for what is evaluated there
+    """
+    override = scene.view_layers[0].material_override
+    alone = set(rendered(scene))
+    for instance in depsgraph.object_instances:
+        thing = instance.object
+        original, parent = thing.original, instance.parent and instance.parent.original
+        own = instance.is_instance and original.type != "MESH" and parent == original
+        single = not instance.is_instance or own
+        there = original in alone if single else _is_instance_rendered(original, parent, alone)
+        # curves, texts and the like are there a second time, as the mesh that they become
+        if thing.type == "MESH" and instance.show_self and there:
+            yield Shown(
+                thing, original, instance.matrix_world.copy(), materials_of(thing, override), single, parent or None
+            )
+
+
+def _is_instance_rendered(thing, parent, alone):
+    if parent not in alone or thing.get(OWNER):
+        return False
+    # geometry nodes render an object that they make instances of even where it is hidden itself
+    return is_rendered(thing) or parent.instance_type == "NONE"
+
+
+def materials_of(thing: bpy.types.Object, override: bpy.types.Material | None = None) -> tuple:
+    """The original materials, or None, in the slots of an evaluated object; `override`: what a view layer puts there."""
+    worn = [slot.material for slot in thing.material_slots] or [None]
+    return tuple(override or (material and material.original) for material in worn)
+
+
+# ------------------------------------------------------------------------------------------------ nodes
+
+
+def has_nodes(material):
+    """Whether a bpy.types.Material, or None, is made of nodes; else it is a plain diffuse one."""
+    if material is None or material.node_tree is None:
+        return False
+    return bpy.app.version >= ALWAYS_NODES or material.use_nodes
+
+
+def asked(material: bpy.types.Material | None, socket: str = "Surface") -> list[Asked]:
+    """The nodes that a render asks, those within groups too: linked, in the end, to that socket of the output.
+
+    Reroutes and muted nodes are followed and not named; an interface (material.MARK) is named, its inner nodes are not.
+    """
+    output = material.node_tree.get_output_node("CYCLES") if has_nodes(material) else None
+    found, queue, seen = {}, [(output.inputs[socket], ())] if output else [], set()
+    while queue:
+        entry, path = queue.pop(0)
+        key = (entry, tuple(path))
+        if key in seen:
+            continue
+        seen.add(key)
+        source = source_of(entry, path)
+        if source is None:
+            continue
+        node, path = source[0].node, source[1]
+        if (node, path) not in found:
+            found[node, path] = Asked(node, path)
+            queue += [(one, path) for one in node.inputs]
+    return list(found.values())
+
+
+def source_of(socket: bpy.types.NodeSocket, path: tuple = ()) -> tuple | None:
+    """The output that feeds an input in the end, and the path of its node, through reroutes, muted nodes and groups.
+
+    None where nothing does: the value is then that of value_of().
+    """
+    end = _end_of(socket, path)
+    return end if end[0].is_output else None
+
+
+def _end_of(socket, path):
+    """The output that feeds an input in the end, or the unlinked input whose value counts; and its path."""
+    while True:
+        links = [link for link in socket.links if link.is_valid and not link.is_muted]
+        if socket.is_output or not links:
+            return socket, path
+        output = links[0].from_socket
+        node = output.node
+        if node.type == "GROUP_INPUT" and path:
+            socket, path = _named(path[-1].inputs, output), path[:-1]
+        elif node.type == "REROUTE":
+            socket = node.inputs[0]
+        elif node.mute:
+            inner = next((link.from_socket for link in node.internal_links if link.to_socket == output), None)
+            if inner is None:
+                return socket, path  # as if nothing were linked
+            socket = inner
+        elif node.type == "GROUP" and node.node_tree and not node.node_tree.get(INTERFACE):
+            leave = next(
+                (one for one in node.node_tree.nodes if one.type == "GROUP_OUTPUT" and one.is_active_output), None
+            )
+            if leave is None:
+                return socket, path
+            socket, path = _named(leave.inputs, output), (*path, node)
+        else:
+            return output, path
+        if socket is None:
+            return output, path
+
+
+def _named(sockets, other):
+    return next((one for one in sockets if one.identifier == other.identifier), None)
+
+
+def value_of(socket: bpy.types.NodeSocket, path: tuple = ()):
+    """The value of an input where no node but Value and RGB nodes decides it, a number or a tuple; else None."""
+    end, _ = _end_of(socket, path)
+    if end.is_output and end.node.type not in ("VALUE", "RGB"):
+        return None
+    value = end.default_value
+    return value if isinstance(value, (bool, int, float, str)) else tuple(value)
+
+
+def counting(material):
+    """The nodes of a bpy.types.Material, not of groups in it, that a render asks."""
+    return [one.node for one in asked(material) if not one.path]

@@ -1,0 +1,145 @@
+"""What a render shows: objects and instances with the materials they wear, and nodes through the groups they are in."""
+
+import bpy
+import pytest
+
+from nim_addon.cycles.material import asked_interfaces, interface_material, interface_node, interface_of
+from nim_addon.cycles.visibility import as_rendered, asked, shown, value_of
+from nim_addon.physics import Interface, Medium
+
+
+@pytest.fixture
+def scene():
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    return bpy.context.scene
+
+
+@pytest.fixture
+def nim(scene):
+    return interface_material("NIM", Medium(-1.5), backend="nodes")
+
+
+def box(scene, material=None, slot="DATA"):
+    mesh = bpy.data.meshes.new("Box")
+    mesh.from_pydata([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [], [(0, 1, 2)])
+    thing = bpy.data.objects.new("Box", mesh)
+    scene.collection.objects.link(thing)
+    mesh.materials.append(None)
+    thing.material_slots[0].link = slot
+    thing.material_slots[0].material = material
+    return thing
+
+
+def seen(scene):
+    with as_rendered(scene) as depsgraph:
+        return [
+            (one.original.name, [m and m.name for m in one.materials], one.single) for one in shown(scene, depsgraph)
+        ]
+
+
+@pytest.mark.parametrize("slot", ["DATA", "OBJECT"])
+def test_materials_of_either_slot(scene, nim, slot):
+    box(scene, nim, slot)
+    assert seen(scene) == [("Box", ["NIM"], True)]
+
+
+def test_material_override_of_the_view_layer(scene, nim):
+    box(scene)
+    scene.view_layers[0].material_override = nim
+    assert seen(scene) == [("Box", ["NIM"], True)]
+
+
+def test_set_material_of_geometry_nodes(scene, nim):
+    thing = box(scene)
+    tree = bpy.data.node_groups.new("Wear", "GeometryNodeTree")
+    tree.interface.new_socket("Geometry", in_out="INPUT", socket_type="NodeSocketGeometry")
+    tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+    enter, wear, leave = (
+        tree.nodes.new(kind) for kind in ("NodeGroupInput", "GeometryNodeSetMaterial", "NodeGroupOutput")
+    )
+    wear.inputs["Material"].default_value = nim
+    tree.links.new(enter.outputs[0], wear.inputs["Geometry"])
+    tree.links.new(wear.outputs[0], leave.inputs[0])
+    thing.modifiers.new("Wear", "NODES").node_group = tree
+    assert "NIM" in seen(scene)[0][1]
+
+
+def test_collection_instance(scene, nim):
+    thing = box(scene, nim)
+    held = bpy.data.collections.new("Held")
+    scene.collection.objects.unlink(thing)
+    held.objects.link(thing)
+    empty = bpy.data.objects.new("Empty", None)
+    empty.instance_type, empty.instance_collection = "COLLECTION", held
+    scene.collection.objects.link(empty)
+    assert seen(scene) == [("Box", ["NIM"], False)]
+    thing.hide_render = True
+    assert seen(scene) == []
+    thing.hide_render, empty.hide_render = False, True
+    assert seen(scene) == []
+
+
+def test_hidden_collection_is_not_shown_and_hidden_eye_is(scene, nim):
+    thing = box(scene, nim)
+    thing.hide_viewport = True
+    assert len(seen(scene)) == 1
+    layer = bpy.data.collections.new("Layer")
+    scene.collection.children.link(layer)
+    scene.collection.objects.unlink(thing)
+    layer.objects.link(thing)
+    layer.hide_render = True
+    assert seen(scene) == []
+
+
+def in_group(nim_values):
+    """A material whose interface lies in a person's group, n and mu fed from the group's inputs."""
+    inner = bpy.data.node_groups.new("Mine", "ShaderNodeTree")
+    inner.interface.new_socket("n", in_out="INPUT", socket_type="NodeSocketFloat")
+    inner.interface.new_socket("Shader", in_out="OUTPUT", socket_type="NodeSocketShader")
+    enter, leave = inner.nodes.new("NodeGroupInput"), inner.nodes.new("NodeGroupOutput")
+    node = interface_node(inner, Medium(-1.2), backend="nodes")
+    inner.links.new(enter.outputs["n"], node.inputs["Index Inside"])
+    inner.links.new(node.outputs["BSDF"], leave.inputs["Shader"])
+    material = bpy.data.materials.new("Holds")
+    material.use_nodes = True
+    tree = material.node_tree
+    tree.nodes.clear()
+    outer = tree.nodes.new("ShaderNodeGroup")
+    outer.node_tree = inner
+    outer.inputs["n"].default_value = nim_values
+    output = tree.nodes.new("ShaderNodeOutputMaterial")
+    tree.links.new(outer.outputs["Shader"], output.inputs["Surface"])
+    return material
+
+
+def test_interface_in_a_persons_group(scene):
+    material = in_group(-2.0)
+    ((node, path),) = asked_interfaces(material)
+    assert [one.node_tree.name for one in path] == ["Mine"]
+    assert interface_of(node, path) == Interface(Medium(-2.0))
+    value = material.node_tree.nodes.new("ShaderNodeValue")
+    value.outputs[0].default_value = -3.0
+    material.node_tree.links.new(value.outputs[0], path[0].inputs["n"])
+    assert interface_of(node, path) == Interface(Medium(-3.0))
+
+
+def test_a_muted_group_and_an_unlinked_interface_are_not_asked(scene, nim):
+    material = in_group(-2.0)
+    next(node for node in material.node_tree.nodes if node.type == "GROUP").mute = True
+    assert asked_interfaces(material) == []
+    nim.node_tree.links.clear()
+    assert asked(nim) == [] and asked_interfaces(nim) == []
+
+
+def test_reroutes_and_value_nodes(scene, nim):
+    tree = nim.node_tree
+    node = asked_interfaces(nim)[0].node
+    value, knee = tree.nodes.new("ShaderNodeValue"), tree.nodes.new("NodeReroute")
+    value.outputs[0].default_value = -2.5
+    tree.links.new(value.outputs[0], knee.inputs[0])
+    tree.links.new(knee.outputs[0], node.inputs["Index Inside"])
+    assert value_of(node.inputs["Index Inside"]) == -2.5
+    assert interface_of(node) == Interface(Medium(-2.5))
+    wave = tree.nodes.new("ShaderNodeTexWave")
+    tree.links.new(wave.outputs[1], node.inputs["Index Inside"])
+    assert value_of(node.inputs["Index Inside"]) is None and interface_of(node) is None

@@ -62,7 +62,8 @@ def furnace(medium, *, bump=False, inside=False, backend="osl"):
         stage.camera((0.3, 0.2, -0.1), (1, -0.5, 0.4), 120)
     else:
         stage.camera((0, -3, 0), (0, 0, 0), 45)  # the rim is in the picture, and some of what is behind
-    return small(stage.scene, 48, 16)
+    # at 16 samples, four lost paths, which one processor in some has, are more than is allowed
+    return small(stage.scene, 48, 64)
 
 
 # The node group
@@ -305,7 +306,7 @@ def test_between_dielectrics_the_nodes_are_blenders_glass(inside, outside, empty
 def test_white_furnace(n, mu, bump, inside, backend, empty_file, render):
     picture = render(furnace(Medium(n, mu), bump=bump, inside=inside, backend=backend))
     assert picture.max() < 1 + 1e-4
-    # A sample is lost whole or not at all, a speck 1/16 darker than its surroundings. One in 10,000 is allowed: 1 in
+    # A sample is lost whole or not at all, a speck 1/64 darker than its surroundings. One in 10,000 is allowed: 1 in
     # 70,000 gets lost at the rim of a smooth NIM. A normal that faces away from the viewer, at the rim or on a bump,
     # loses thirteen times as many as that if the shader does not see to it.
     lost = 1 - picture.astype(float).mean()

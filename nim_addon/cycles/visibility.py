@@ -21,12 +21,13 @@ INTERFACE = "nim_interface"  # the custom property of the node groups that are i
 class Shown(NamedTuple):
     """A mesh that a render shows, once for each instance; valid only as long as its depsgraph.
 
-    object:    evaluated; its data is the mesh that is rendered
+    object:    evaluated; of an instance that geometry nodes made without an object, the object that makes it
     original:  the object of the file that it is, or that it is an instance of
     matrix:    of this instance, mathutils.Matrix
     materials: original materials or None, by the material index of faces; at least one
     single:    whether it is that object itself, not an instance of it
     parent:    the original object that makes the instances, or None
+    mesh:      the evaluated bpy.types.Mesh that is rendered
     """
 
     object: bpy.types.Object
@@ -35,6 +36,7 @@ class Shown(NamedTuple):
     materials: tuple
     single: bool
     parent: bpy.types.Object | None
+    mesh: bpy.types.Mesh
 
 
 class Asked(NamedTuple):
@@ -124,9 +126,11 @@ def shown(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> Iterator[Sh
         there = original in alone if single else _is_instance_rendered(original, parent, alone)
         # curves, texts and the like are there a second time, as the mesh that they become
         if thing.type == "MESH" and instance.show_self and there:
-            yield Shown(
-                thing, original, instance.matrix_world.copy(), materials_of(thing, override), single, parent or None
-            )
+            materials = materials_of(thing, override)
+            matrix = instance.matrix_world.copy().freeze()
+            # `thing` of an instance lasts until the next one, which takes its place
+            lasting = instance.instance_object or thing
+            yield Shown(lasting, original, matrix, materials, single, parent or None, thing.data)
 
 
 def _is_instance_rendered(thing, parent, alone):

@@ -8,14 +8,15 @@ from bpy.app.handlers import persistent
 from bpy.app.translations import pgettext_iface, pgettext_rpt
 
 from ..cycles import checks
+from ..cycles.sight import look
 from . import later
 
 # A mesh of more faces is measured when asked for, not while a panel is drawn.
 LARGEST = 50_000
 
-# What was found, until the file changes: Surface by session_uid of an object, the rest by session_uid of a scene.
-_surfaces = {}
+# What was found, until the file changes: by session_uid of a scene; and what sight.Sight keeps, by that of an object.
 _found = {}
+_kept = {}
 # The scenes in _found that nothing has changed since.
 _fresh = set()
 
@@ -23,27 +24,13 @@ _fresh = set()
 class _Found:
     """What drawing needs to know of a scene; no bpy data, which may be gone by the next drawing."""
 
-    def __init__(self, scene):
-        worn = checks.interfaces(scene)
-        self.backends = checks.backends(worn)
-        self.problems = []
-        self.unmeasured = 0
-        if worn:
-            windows = bpy.context.window_manager.windows
-            layer = next((one.view_layer for one in windows if one.scene == scene), scene.view_layers[0])
-            depsgraph = layer.depsgraph
-            self.problems += checks.light_problems(scene)
-            self.problems += checks.mesh_problems(worn, self._measured(checks.meshes(worn), depsgraph))
-
-    def _measured(self, things, depsgraph):
-        for thing in things:
-            if thing.session_uid not in _surfaces:
-                mesh = checks.evaluated_mesh(thing, depsgraph)
-                if len(mesh.polygons) > LARGEST:
-                    self.unmeasured += 1
-                else:
-                    _surfaces[thing.session_uid] = checks.surface(mesh)
-        return {thing: _surfaces[thing.session_uid] for thing in things if thing.session_uid in _surfaces}
+    def __init__(self, scene, limit):
+        windows = bpy.context.window_manager.windows
+        layer = next((one.view_layer for one in windows if one.scene == scene), scene.view_layers[0])
+        sight = look(scene, layer.depsgraph, limit, _kept)
+        self.backends = checks.backends(sight.worn)
+        self.problems = checks.found_in(sight)
+        self.unmeasured = len(sight.left_out)
 
 
 def _look(scene):
@@ -53,10 +40,10 @@ def _look(scene):
     return _found.get(scene.session_uid)
 
 
-def _renew(uid):
+def _renew(uid, everything=False):
     scene = next((scene for scene in bpy.data.scenes if scene.session_uid == uid), None)
     if scene:
-        _found[uid] = _Found(scene)
+        _found[uid] = _Found(scene, None if everything else LARGEST)
         _fresh.add(uid)
 
 
@@ -147,15 +134,12 @@ class NIM_OT_check_meshes(bpy.types.Operator):
 
     def execute(self, context):
         """Measure them, and say what came out."""
-        things = checks.meshes(checks.interfaces(context.scene))
-        for thing in things:
-            _surfaces[thing.session_uid] = checks.surface(
-                checks.evaluated_mesh(thing, context.evaluated_depsgraph_get())
-            )
-        _renew(context.scene.session_uid)
+        known = _look(context.scene)
+        count = known.unmeasured
+        _renew(context.scene.session_uid, everything=True)
         wrong = sum(problem.code in ("normals", "open_volume") for problem in found(context.scene))
         self.report(
-            {"INFO"}, pgettext_rpt("Meshes checked: {count}, problems: {wrong}").format(count=len(things), wrong=wrong)
+            {"INFO"}, pgettext_rpt("Meshes checked: {count}, problems: {wrong}").format(count=count, wrong=wrong)
         )
         return {"FINISHED"}
 
@@ -194,7 +178,7 @@ def _changed(scene, depsgraph=None):
     for update in depsgraph.updates if depsgraph else ():
         if update.is_updated_geometry:
             # a mesh may be worn by many objects: which of them, the objects' own updates say
-            _surfaces.pop(update.id.session_uid, None)
+            _kept.pop(update.id.session_uid, None)
 
 
 @persistent
@@ -202,7 +186,7 @@ def forget(*_):
     """Forget everything: another file, or another state of this one."""
     _found.clear()
     _fresh.clear()
-    _surfaces.clear()
+    _kept.clear()
 
 
 CLASSES = (NIM_OT_mend, NIM_OT_check_meshes, NIM_PT_checks)

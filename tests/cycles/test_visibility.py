@@ -37,6 +37,21 @@ def seen(scene):
         ]
 
 
+def test_what_was_shown_can_be_kept(scene, nim):
+    """Blender hands out each instance in the place of the one before the last."""
+    held = bpy.data.collections.new("Held")
+    for size in (3, 4, 5):
+        mesh = bpy.data.meshes.new("Fan")
+        mesh.from_pydata([(k, k * k, 0) for k in range(size)], [], [range(size)])
+        held.objects.link(bpy.data.objects.new(f"Fan {size}", mesh))
+    maker = bpy.data.objects.new("Maker", None)
+    maker.instance_type, maker.instance_collection = "COLLECTION", held
+    scene.collection.objects.link(maker)
+    with as_rendered(scene) as depsgraph:
+        kept = list(shown(scene, depsgraph))
+        assert [(one.object.name, len(one.mesh.vertices)) for one in kept] == [("Fan 3", 3), ("Fan 4", 4), ("Fan 5", 5)]
+
+
 @pytest.mark.parametrize("slot", ["DATA", "OBJECT"])
 def test_materials_of_either_slot(scene, nim, slot):
     box(scene, nim, slot)

@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 import pytest
 
-from nim_addon.cycles import checks
+from nim_addon.cycles import mesh_checks
 from nim_addon.cycles.material import interface_nodes, interface_of
 from nim_addon.physics import MEDIA, Medium
 
@@ -26,8 +26,8 @@ def test_bodies(addon, press, shape, size, extent):
     assert thing.select_get() and bpy.context.selected_objects == [thing]
     assert tuple(thing.location) == (1, 2, 3) and thing.name == shape.title()
     assert interface_of(interface_nodes(thing.active_material)[0]).inside.mu == -10
-    mesh = checks.evaluated_mesh(thing, bpy.context.evaluated_depsgraph_get())
-    assert checks.surface(mesh) == (True, True, True)
+    mesh = thing.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
+    assert mesh_checks.surface(mesh) == (True, True, True)
     points = np.array([vertex.co for vertex in mesh.vertices])
     assert np.ptp(points, axis=0) == pytest.approx(extent, rel=1e-4)
     if shape == "sphere":

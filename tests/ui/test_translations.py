@@ -15,13 +15,13 @@ import bpy
 import pytest
 
 from nim_addon import ui
-from nim_addon.cycles import checks
+from nim_addon.cycles import checks, mesh_checks, problem
 from nim_addon.cycles.material import SOCKETS
 from nim_addon.ui import translations
 
 # The modules whose texts are looked for: what the panels show of cycles.checks is written there.
 SOURCES = [source for source in sorted(Path(ui.__file__).parent.glob("*.py")) if source.stem != "spanish"]
-SOURCES.append(Path(checks.__file__))
+SOURCES += [Path(module.__file__) for module in (checks, mesh_checks, problem)]
 # Literals of these modules that read like a text, and why they are none.
 NOT_SHOWN = {
     "Color": "socket",

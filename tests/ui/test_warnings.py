@@ -4,8 +4,9 @@
 import bpy
 import pytest
 
-from nim_addon.cycles import checks, settings
+from nim_addon.cycles import checks, mesh_checks, settings
 from nim_addon.cycles.material import interface_material, interface_nodes, osl_available
+from nim_addon.cycles.problem import MODIFIED
 from nim_addon.physics import Medium
 from nim_addon.scenes import SCENES
 
@@ -179,8 +180,8 @@ def test_modifiers_count(scene):
 
 
 def flipped_by_solidify(scene):
-    with checks._Edited(cube().data) as shape:
-        checks.bmesh.ops.delete(shape, geom=list(shape.faces)[1:], context="FACES")
+    with mesh_checks._Edited(cube().data) as shape:
+        mesh_checks.bmesh.ops.delete(shape, geom=list(shape.faces)[1:], context="FACES")
     cube().modifiers.new("Thick", "SOLIDIFY").use_flip_normals = True
 
 
@@ -198,7 +199,7 @@ def opened_by_mask(scene):
 def test_what_a_modifier_does_is_said_and_no_button_offered(scene, press, code, spoil):
     spoil(scene)
     (problem,) = checks.problems(scene)
-    assert problem.code == code and problem.remedy is None and checks.MODIFIED in problem.sentence
+    assert problem.code == code and problem.remedy is None and MODIFIED in problem.sentence
     assert press("nim.mend", code=code) == {"CANCELLED"}
     cube().modifiers.clear()
     assert codes(scene) == []

@@ -2,9 +2,7 @@
 """A straw in a glass on a table, with or without a liquid in it (thesis figures 5.1, 5.2 and 5.5)."""
 
 import math
-import re
 from dataclasses import dataclass
-from pathlib import Path
 
 import bmesh
 import bpy
@@ -12,7 +10,7 @@ import numpy as np
 
 from ..cycles.material import interface_material
 from ..physics import MEDIA, Medium
-from . import shapes, surfaces
+from . import mesh_files, shapes, surfaces
 from .parameters import Parameters, choice, liquid, mesh_file, number, switch
 from .stage import Pose, Stage
 
@@ -191,16 +189,7 @@ def statue_mesh(source):
     It stands on z = 0, centred on the z axis, turned as Blender's own importer turns it. Raises ValueError, and leaves
     nothing behind, where the file holds no mesh.
     """
-    solid = bmesh.new()
-    try:
-        if source == "monkey":
-            bmesh.ops.create_monkey(solid)
-        else:
-            _read(Path(source), solid)
-        mesh = bpy.data.meshes.new("Statue")
-        solid.to_mesh(mesh)
-    finally:
-        solid.free()
+    mesh = _monkey() if source == "monkey" else _of_file(source)
     points = _points(mesh)
     low, high = points.min(axis=0), points.max(axis=0)
     foot = (*(low + high)[:2] / 2, low[2])
@@ -217,35 +206,33 @@ def _points(mesh):
     return points.astype(float)
 
 
-def _read(path, solid):
-    """Add the meshes of a file to the bmesh `solid`, through Blender's own importer, in a scene of its own."""
-    importer = getattr(bpy.ops.wm, f"{path.suffix.lower()[1:]}_import")
-    known = set(bpy.data.user_map())
-    aside = bpy.data.scenes.new("Import")
+def _monkey():
+    solid = bmesh.new()
+    bmesh.ops.create_monkey(solid)
+    mesh = bpy.data.meshes.new("Statue")
+    solid.to_mesh(mesh)
+    solid.free()
+    return mesh
+
+
+def _of_file(source):
     try:
-        if path.suffix.lower() == ".ply" and not _ply_header(path):
-            raise ValueError
-        with bpy.context.temp_override(scene=aside, view_layer=aside.view_layers[0]):
-            importer(filepath=str(path))
-        things = [thing for thing in aside.objects if thing.type == "MESH" and thing.data.polygons]
-        for thing in things:
-            thing.data.transform(thing.matrix_basis)
-            solid.from_mesh(thing.data)
-        # Blender reads NaN and infinities as 0
-        if not things or np.ptp(np.concatenate([_points(thing.data) for thing in things]), axis=0).max() == 0:
-            raise ValueError
-    except (OSError, RuntimeError, ValueError):
+        read = mesh_files.read(source)
+    except (OSError, ValueError, MemoryError) as error:
+        reason = getattr(error, "strerror", None) or str(error) or "there is not enough memory"
         raise ValueError(
-            f"figures: there is no mesh to be read in {str(path)!r}; "
-            "give a PLY, OBJ or STL file that opens in Blender and has faces, or monkey, or none."
+            f"figures: there is no mesh to be read in {source!r}, as {reason}; "
+            "give a PLY, OBJ or STL file that has faces, or monkey, or none."
         ) from None
-    finally:
-        bpy.data.batch_remove(set(bpy.data.user_map()) - known)
-
-
-def _ply_header(path):
-    """Whether each element in the header of a PLY file has a count: one without takes Blender down as it imports."""
-    with path.open("rb") as file:
-        header = file.read(65536).partition(b"end_header")[0]
-    elements = re.findall(rb"^\s*element\b.*$", header, re.MULTILINE)
-    return all(re.fullmatch(rb"\s*element\s+\w+\s+\d{1,9}\s*", line) for line in elements)
+    # Blender's numbers are short: of a mesh that is far away, or a speck, they would keep little
+    points = (read.vertices - read.vertices.min(axis=0)) / np.ptp(read.vertices, axis=0).max()
+    mesh = bpy.data.meshes.new("Statue")
+    mesh.vertices.add(len(points))
+    mesh.vertices.foreach_set("co", points.astype(np.float32).ravel())
+    mesh.loops.add(len(read.corners))
+    mesh.loops.foreach_set("vertex_index", read.corners.astype(np.int32))
+    mesh.polygons.add(len(read.counts))
+    mesh.polygons.foreach_set("loop_start", (np.cumsum(read.counts) - read.counts).astype(np.int32))
+    mesh.update(calc_edges=True)
+    mesh.validate()  # a face that is there twice goes
+    return mesh

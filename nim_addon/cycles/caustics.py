@@ -19,7 +19,7 @@ import numpy as np
 
 from . import charts, lights
 from .density import LEVELS, Density, layout
-from .material import interface_nodes
+from .material import asked_interfaces
 from .nodes import Nodes, empty_tree
 from .photons import ATTRIBUTE, Landed, Tracer, interfaces_of, lands, mirrors_of, set_materials
 from .render import interruptible
@@ -175,7 +175,7 @@ class Bake:
         height, width = texture.shape
         for part in (part for part in self.tracer.parts if part.name == name):
             mesh = part.mesh.copy()
-            set_materials(mesh, part.materials or [None])
+            set_materials(mesh, part.materials)
             mesh.attributes.remove(mesh.attributes[ATTRIBUTE])
             for back, level in _layers(texture):
                 place = np.full((len(part.charts), 3), -1.0, np.float32)
@@ -289,7 +289,7 @@ def _plain(value):
 def best_way(scene):
     """ "traced" where the sun in the sky of `scene` is so narrow that a path tracer hardly meets it, else "path"."""
     sun = lights.sun_of(scene)
-    bends = any(interface_nodes(slot.material) for thing in scene.objects for slot in thing.material_slots)
+    bends = any(asked_interfaces(slot.material) for thing in scene.objects for slot in thing.material_slots)
     return "traced" if sun and sun.angle < NARROW and bends else "path"
 
 
@@ -399,7 +399,7 @@ def _replace(scene, collection, name, copies, irradiance, layers):
         _look_alike(thing, original)
         thing[OWNER] = True
         for index, material in enumerate(list(mesh.materials)):
-            if material is None or lands(material):
+            if lands(material):
                 mesh.materials[index] = _shining(material, image, layers)
         collection.objects.link(thing)
     original[HIDDEN] = 2 if original.hide_viewport else 1

@@ -15,7 +15,7 @@ from .charts import Chart, Part, read
 from .material import MARK, fill_group, interface_nodes, interface_of
 from .nodes import Nodes, empty_tree
 from .render import pixels_of
-from .visibility import as_rendered, counting, has_nodes, is_rendered, rendered
+from .visibility import as_rendered, counting, has_nodes, shown
 
 ATTRIBUTE = "nim_place"
 # Within a medium light is counted for less (Tracer.shares). The share of a crossing, (n_i / n_t)^2, travels as a colour
@@ -94,7 +94,6 @@ class Tracer:
         nodes.end(nodes.add("ShaderNodeHoldout"))
         self.bending = {}  # materials for photons, by the name of what they stand for
         bent, corners, self.surfaces = [], [], []
-        shown = set(rendered(self.source))
         with as_rendered(self.source) as depsgraph:
             # hiding these, as a copy in their place asks for, would hide their instances
             sources = {
@@ -102,20 +101,15 @@ class Tracer:
                 for instance in depsgraph.object_instances
                 if instance.is_instance and not _is_own(instance)
             }
-            for instance in depsgraph.object_instances:
-                thing = instance.object
-                single = not instance.is_instance or _is_own(instance)
-                there = thing.original in shown if single else is_rendered(thing.original)
-                # curves, texts and the like are there a second time, as the mesh that they become
-                if thing.type == "MESH" and instance.show_self and there:
-                    lit = single and thing.original not in sources and _can_be_replaced(thing.original)
-                    copy, bends, box = self._add(thing, instance.matrix_world.copy(), depsgraph, lit)
-                    if copy is None:
-                        continue
-                    corners.append(box)
-                    if bends:
-                        bent.append(box)
-                        self.surfaces.append(copy)
+            for one in shown(self.source, depsgraph):
+                lit = one.single and one.original not in sources and _can_be_replaced(one.original)
+                copy, bends, box = self._add(one, depsgraph, lit)
+                if copy is None:
+                    continue
+                corners.append(box)
+                if bends:
+                    bent.append(box)
+                    self.surfaces.append(copy)
         if not bent:
             raise ValueError("the scene has no interface or mirror; give a mesh the material of a NIM.")
         if not self.charts:
@@ -128,12 +122,13 @@ class Tracer:
         scene.collection.objects.link(self.camera)
         scene.camera = self.camera
 
-    def _add(self, thing, matrix, depsgraph, lit):
-        """Put a copy of an object into the scene, which, if `lit`, light can land on.
+    def _add(self, one, depsgraph, lit):
+        """Put a copy of what is Shown into the scene, which, if `lit`, light can land on.
 
         Returns it, or None for one without faces, whether it bends light, and its _box().
         """
-        mesh = bpy.data.meshes.new_from_object(thing, preserve_all_data_layers=True, depsgraph=depsgraph)
+        matrix = one.matrix
+        mesh = bpy.data.meshes.new_from_object(one.object, preserve_all_data_layers=True, depsgraph=depsgraph)
         if not mesh.polygons:
             return None, False, None
         if not _is_plain(matrix):
@@ -142,12 +137,11 @@ class Tracer:
             if matrix.determinant() < 0:
                 mesh.flip_normals()
             matrix = mathutils.Matrix.Identity(4)
-        materials = list(mesh.materials) or [None]
-        bending = [self._bending(material) for material in materials]
-        lands_here = [not b and (m is None or lands(m)) for b, m in zip(bending, materials, strict=True)]
+        bending = [self._bending(material) for material in one.materials]
+        lands_here = [not b and lands(m) for b, m in zip(bending, one.materials, strict=True)]
         # what cannot be given a light of its own only throws a shadow
         if any(lands_here) and lit:
-            self._mark(mesh, matrix, lands_here, thing.original.name)
+            self._mark(mesh, matrix, lands_here, one)
         else:
             lands_here = [False] * len(lands_here)
         set_materials(
@@ -232,9 +226,9 @@ class Tracer:
         self.trees.append(group)
         return group
 
-    def _mark(self, mesh, matrix, lands_here, name):
+    def _mark(self, mesh, matrix, lands_here, one):
         """Give each corner of the faces that light lands on its place in a chart: (1 to 2, 1 to 2, 4 (chart + 1))."""
-        frame = np.array(matrix)
+        name, frame = one.original.name, np.array(matrix)
         vertices = read(mesh.vertices, "co", 3) @ frame[:3, :3].T + frame[:3, 3]
         normals = read(mesh.polygons, "normal", 3) @ np.linalg.inv(frame[:3, :3])
         polygons = [tuple(polygon.vertices) for polygon in mesh.polygons]
@@ -261,7 +255,7 @@ class Tracer:
                 chart_of[mine] = len(self.charts) - 1
         layer = mesh.attributes.new(ATTRIBUTE, "FLOAT_VECTOR", "CORNER")
         layer.data.foreach_set("vector", values.ravel())
-        self.parts.append(Part(name, mesh, matrix, list(mesh.materials), at, chart_of))
+        self.parts.append(Part(name, mesh, matrix, list(one.materials), at, chart_of))
 
     def _shining(self):
         """A material that emits the corner attribute where the path met an interface or a mirror; in blue 2 more on the

@@ -233,3 +233,14 @@ def test_what_cannot_be_baked_is_said_in_one_sentence(scene, press):
     refused("no area for light to land on")
     floor.hide_render = True
     refused("no diffuse surface")
+
+
+def test_a_cube_made_a_nim_bakes(addon, monkeypatch):
+    """The first that a person tries: the default cube, Make Negative-Index, a plane below, Bake Caustics."""
+    monkeypatch.setattr(caustics, "MILLION", 20_000)
+    monkeypatch.setattr(engine, "TRIAL", 1 << 14)
+    bpy.ops.nim.convert()
+    bpy.ops.mesh.primitive_plane_add(size=20, location=(0, 0, -1.5))
+    bpy.context.scene.nim_caustics.photons, bpy.context.scene.nim_caustics.texels = 1, "512"
+    assert bpy.ops.nim.bake_caustics() == {"FINISHED"}
+    assert [one.name for one in engine.baked(bpy.context.scene).objects if one.type == "MESH"] == ["NIM Caustics Plane"]

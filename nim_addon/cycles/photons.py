@@ -127,7 +127,7 @@ class Tracer:
 
         Returns it, or None for one without faces, whether it bends light, and its _box().
         """
-        matrix = one.matrix
+        matrix = one.matrix.copy()  # which can be decomposed, as a frozen one cannot
         mesh = bpy.data.meshes.new_from_object(one.object, preserve_all_data_layers=True, depsgraph=depsgraph)
         if not mesh.polygons:
             return None, False, None

@@ -170,7 +170,7 @@ def answered():
 def rays():
     select("Sphere")
     lab.window().scene.cursor.location = (0, -3, 1)
-    press("nim.light_paths", rays=9, bounces=2, least=0.02)
+    press("nim.light_paths", source="CURSOR", rays=9, bounces=2, least=0.02)
     press("view3d.view_axis", type="RIGHT")
     press("view3d.view_selected")
     lab.area("VIEW_3D").spaces.active.region_3d.view_distance *= 1.2

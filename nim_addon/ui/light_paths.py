@@ -7,11 +7,12 @@ import bpy
 import numpy as np
 from bpy.app.translations import pgettext_rpt
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, FloatVectorProperty, IntProperty, PointerProperty
-from mathutils.bvhtree import BVHTree
 
-from ..cycles.material import interface_nodes, interface_of
+from ..cycles.meshes import Meshes
 from ..cycles.nodes import Nodes, empty_tree
-from ..physics.rays import MOST, Hit, Kind, trace
+from ..cycles.visibility import as_rendered, shown
+from ..physics.rays import MOST, Fate, Kind, trace
+from . import light_sources
 
 COLLECTION = "NIM Light Paths"
 # The custom property of all we draw; that of an object holds the source it was drawn for.
@@ -21,6 +22,8 @@ MARK = "nim_light_paths"
 COLORS = {Kind.INCIDENT: (1.0, 0.80, 0.25), Kind.REFLECTED: (0.10, 0.60, 1.0), Kind.TRANSMITTED: (1.0, 0.20, 0.02)}
 # Thickness goes with this power of the energy: a branch of one per cent is still seen, a third as thick.
 THINNING = 0.25
+# Where this share of the light is cut off by the settings, that is said.
+CUT = 0.5
 
 
 class Settings:
@@ -31,6 +34,13 @@ class Settings:
         description="Where the rays start",
         items=(
             (
+                "SIDE",
+                "From the Side",
+                "From outside, beside the interface as the camera sees it; from above, at a slant, if it is flat",
+                "AXIS_SIDE",
+                3,
+            ),
+            (
                 "CURSOR",
                 "3D Cursor",
                 "From the 3D cursor; from its left (-X) if it is in the target's middle",
@@ -40,6 +50,7 @@ class Settings:
             ("CAMERA", "Camera", "From the scene's camera, against the light it sees", "OUTLINER_OB_CAMERA", 1),
             ("LAMP", "Selected Lamps", "From every selected lamp; from the only lamp, where none is", "LIGHT", 2),
         ),
+        default="SIDE",
         options={"SKIP_SAVE"},
     )
     aim: EnumProperty(
@@ -204,7 +215,8 @@ class NIM_OT_light_paths(Settings, bpy.types.Operator):
             if not self.properties.is_property_set(name):
                 setattr(self, name, getattr(settings, name))
         try:
-            surfaces, drawn = _traced(context, self)
+            with as_rendered(context.scene) as depsgraph:
+                surfaces, drawn = _traced(context, self, depsgraph)
         except ValueError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
@@ -217,15 +229,9 @@ class NIM_OT_light_paths(Settings, bpy.types.Operator):
         self.report(
             {"INFO"}, pgettext_rpt("Light paths drawn; rays: {rays}, pieces: {pieces}").format(rays=rays, pieces=pieces)
         )
-        if surfaces.unknown:
-            self.report(
-                {"WARNING"},
-                pgettext_rpt(
-                    "Rays end at {materials}: a link decides its media, so that they are not known here"
-                ).format(materials=", ".join(sorted(surfaces.unknown))),
-            )
-        elif all(paths.depth.max() == 0 for paths in drawn.values()) and self.bounces:
-            self.report({"WARNING"}, pgettext_rpt("No ray met an interface; move the source, or aim it at one"))
+        warning = _warning(surfaces, drawn, self.bounces)
+        if warning:
+            self.report({"WARNING"}, warning)
         return {"FINISHED"}
 
 
@@ -279,151 +285,27 @@ class NIM_PT_light_paths(bpy.types.Panel):
         column.operator(NIM_OT_light_paths_clear.bl_idname, icon="TRASH")
         if settings.source == "CAMERA" and context.scene.camera is None:
             self.layout.label(text="The scene has no camera", icon="ERROR")
-        elif settings.source == "LAMP" and not _lamps(context):
+        elif settings.source == "LAMP" and not light_sources.lamps(context):
             self.layout.label(text="Select a lamp", icon="ERROR")
         _draw_settings(self.layout, settings)
 
 
-# ---------------------------------------------------------------- what the rays meet
+# ---------------------------------------------------------------- where they go
 
 
-class Meshes:
-    """The visible meshes of a scene in one tree, as physics.rays.trace() takes surfaces.
-
-    Faces with an interface node bend rays, all others stop them. `unknown` names the materials whose media a link
-    decides: what it gives is not known here, so rays stop there as well. `bounds` maps each object (its original) to
-    the two corners of its interfaces, `low` and `high` are those of all, `size` the distance between them.
-    Raises ValueError where no visible mesh has an interface.
-
-    A bend uses the interpolated normal, as Cycles does: with the faces' own, a beam through a round but coarse mesh
-    comes out as one bundle a face.
-    """
-
-    def __init__(self, depsgraph):
-        self.interfaces, self.unknown, self.bounds = [], set(), {}
-        corners, normals, facing, which, points, polygons = [], [], [], [], [], []
-        count = 0
-        for instance in depsgraph.object_instances:
-            thing = instance.object
-            # curves with a thickness come as meshes too: those of a person stop rays, ours do not
-            if thing.type != "MESH" or not instance.show_self or thing.original.get(MARK) or _not_rendered(instance):
-                continue
-            mesh, matrix = thing.data, np.array(instance.matrix_world)
-            mesh.calc_loop_triangles()
-            triangles = mesh.loop_triangles
-            turned = np.linalg.det(matrix[:3, :3])
-            if not len(triangles) or turned == 0:
-                continue
-            vertices = _read(mesh.vertices, "co", 3) @ matrix[:3, :3].T + matrix[:3, 3]
-            index = _read(triangles, "vertices", 3, np.int32)
-            at = vertices[index]
-            corners.append(at)
-            # a mirrored object has its normals on the same side as before, though its corners run the other way round
-            facing.append(np.cross(at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]) * np.sign(turned))
-            own = _read(mesh.corner_normals, "vector", 3) @ np.linalg.inv(matrix[:3, :3])
-            normals.append(own[_read(triangles, "loops", 3, np.int32)])
-            slots = np.array([self._which(slot.material) for slot in thing.material_slots] or [-1])
-            slot = _read(triangles, "material_index", 1, np.int32)[:, 0]
-            which.append(slots[np.minimum(slot, len(slots) - 1)])
-            bends = at[which[-1] >= 0].reshape(-1, 3)
-            if len(bends):
-                low, high = self.bounds.get(thing.original, (np.inf, -np.inf))
-                self.bounds[thing.original] = np.minimum(low, bends.min(axis=0)), np.maximum(high, bends.max(axis=0))
-            points += vertices.tolist()
-            polygons += (index + count).tolist()
-            count += len(vertices)
-        if not self.bounds:
-            raise ValueError(
-                pgettext_rpt(
-                    "Light paths: no visible mesh of this scene has a NIM Interface material with media of its own; "
-                    "give one to an object first"
-                )
-            )
-        self.low = np.min([low for low, _ in self.bounds.values()], axis=0)
-        self.high = np.max([high for _, high in self.bounds.values()], axis=0)
-        self.size = float(np.linalg.norm(self.high - self.low))
-        # Blender casts in single precision
-        self.gap = 1e-6 * float(np.abs([self.low, self.high]).max())
-        self._corners, self._which_of = np.concatenate(corners), np.concatenate(which)
-        self._facing, self._normals = _unit_or_zero(np.concatenate(facing)), _unit_or_zero(np.concatenate(normals))
-        self._tree = BVHTree.FromPolygons(points, polygons, all_triangles=True)
-
-    def _which(self, material):
-        """Index of the material's interface, -1 where rays end at it."""
-        node = next((node for node in interface_nodes(material) if node.outputs["BSDF"].is_linked), None)
-        if node is None:
-            return -1
-        interface = interface_of(node)
-        if interface is None:
-            self.unknown.add(material.name)
-            return -1
-        if interface not in self.interfaces:
-            self.interfaces.append(interface)
-        return self.interfaces.index(interface)
-
-    def hit(self, origins, directions):
-        """The nearest physics.rays.Hit of rays from origins (N, 3) along unit directions (N, 3)."""
-        cast = self._tree.ray_cast
-        found = [cast(o, d)[2] for o, d in zip(origins.tolist(), directions.tolist(), strict=True)]
-        nothing = np.array([index is None for index in found])
-        face = np.array([index or 0 for index in found])
-        # the tree says which triangle, in single precision; where it is met is worked out again in double
-        a, b, c = np.moveaxis(self._corners[face], 1, 0)
-        facing = self._facing[face]
-        along = _dot(directions, facing)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            distance = _dot(a - origins, facing) / along
-            distance = np.where(nothing, np.inf, np.maximum(np.nan_to_num(distance), 0))
-            at = origins + np.where(nothing, 0, distance)[:, None] * directions
-            # areas of the triangles between the point and two of the corners
-            weights = np.stack([_dot(np.cross(q - at, r - at), facing) for q, r in ((b, c), (c, a), (a, b))], -1)
-            weights = np.clip(weights / weights.sum(axis=-1, keepdims=True), 0, 1)
-        normal = _unit_or_zero(np.einsum("ni,nij->nj", np.nan_to_num(weights), self._normals[face]))
-        # near the rim of a smooth mesh its normals look away from the ray, or mirror it through the face
-        towards = _dot(directions, normal)
-        mirrored = along - 2 * towards * _dot(normal, facing)
-        normal = np.where((towards * along > 0) & (mirrored * along < 0), normal.T, facing.T).T
-        return Hit(distance, normal, np.where(nothing, -1, self._which_of[face]))
-
-
-def _not_rendered(instance):
-    if not instance.is_instance:
-        return instance.object.hide_render
-    # geometry nodes render an object that they make instances of even where it is hidden itself
-    parent = instance.parent
-    return parent.hide_render or (parent.instance_type != "NONE" and instance.object.hide_render)
-
-
-def _read(items, name, width, kind=np.float32):
-    values = np.empty((len(items), width), kind)
-    items.foreach_get(name, values.ravel())
-    return values if kind == np.int32 else values.astype(float)
-
-
-def _dot(a, b):
-    return np.sum(a * b, axis=-1)
-
-
-def _unit_or_zero(vectors):
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-300)
-
-
-# ---------------------------------------------------------------- where they start
-
-
-def _traced(context, settings):
+def _traced(context, settings, depsgraph):
     """The Meshes, and {source: Paths}; ValueError with a sentence where the settings lead nowhere."""
-    depsgraph = context.evaluated_depsgraph_get()
-    sources = _sources(context, settings.source, depsgraph)
-    surfaces = Meshes(depsgraph)
-    low, high = surfaces.bounds.get(context.active_object, (surfaces.low, surfaces.high))
-    if settings.fit:
-        # as properties, so that whoever takes the fit off goes on from here
-        settings.width = 0.8 * float(np.median(high - low))
-        settings.thickness, settings.reach = 0.007 * surfaces.size, surfaces.size
+    # ours stop no rays
+    surfaces = Meshes((one for one in shown(context.scene, depsgraph) if not one.original.get(MARK)), depsgraph)
+    if not surfaces.bounds:
+        raise ValueError(
+            pgettext_rpt(
+                "Light paths: no visible mesh of this scene has a NIM Interface material with media of its own; "
+                "give one to an object first"
+            )
+        )
     drawn = {}
-    for name, matrix, is_sun in sources:
-        origins, directions = _rays(settings, matrix, is_sun, (low + high) / 2, surfaces.size, context.scene.cursor)
+    for name, (origins, directions) in light_sources.starts(context, settings, surfaces, depsgraph).items():
         try:
             drawn[name] = trace(
                 surfaces,
@@ -444,73 +326,32 @@ def _traced(context, settings):
     return surfaces, drawn
 
 
-def _sources(context, source, depsgraph):
-    """Of each source its name, its matrix (4, 4), and whether it is a sun."""
-    scene = context.scene
-    if source == "CURSOR":
-        return [("cursor", np.array(scene.cursor.matrix), False)]
-    things = _lamps(context) if source == "LAMP" else [scene.camera] if scene.camera else []
-    if not things:
-        raise ValueError(
-            pgettext_rpt("Light paths: no lamp is selected, and there is not just one; select a lamp")
-            if source == "LAMP"
-            else pgettext_rpt("Light paths: the scene has no camera; add one, or choose another source")
-        )
-    return [
-        (
-            f"lamp {thing.name}" if source == "LAMP" else "camera",
-            np.array(thing.evaluated_get(depsgraph).matrix_world),
-            thing.type == "LIGHT" and thing.data.type == "SUN",
-        )
-        for thing in things
-    ]
-
-
-def _lamps(context):
-    """The selected lamps; where none is, the scene's lamp if there is just one."""
-    chosen = [thing for thing in context.selected_objects if thing.type == "LIGHT"]
-    if not chosen:
-        chosen = [thing for thing in context.scene.objects if thing.type == "LIGHT"]
-        chosen = chosen if len(chosen) == 1 else []
-    return chosen
-
-
-def _rays(settings, matrix, is_sun, middle, size, cursor):
-    """Origins and directions (N, 3) of the rays of one source, whose target is at `middle`."""
-    place = matrix[:3, 3]
-    if settings.aim == "TARGET" and np.linalg.norm(middle - place) < 1e-3 * size:
-        # as in a new file, where cursor and cube are both at the origin: in there nothing would be bent
-        place = middle - (size, 0, 0)
-    if is_sun or settings.aim == "FORWARD":
-        axis = -matrix[:3, 2]
-    else:
-        axis = np.array(settings.direction) if settings.aim == "DIRECTION" else middle - place
-    if not np.linalg.norm(axis) > 0:
-        raise ValueError(
-            pgettext_rpt("Light paths: the direction of the rays is zero; give another, or choose another aim")
-        )
-    axis = axis / np.linalg.norm(axis)
-    if is_sun:
-        # from nowhere near: a beam that is centred on the target, and starts outside of everything that bends
-        place = (middle if settings.aim == "TARGET" else np.array(cursor.location)) - axis * size
-    # upright, turned by the roll; about the vertical it starts at the y axis
-    upright = np.array((0.0, 0.0, 1.0) if abs(axis[2]) < 0.9999 else (0.0, 1.0, 0.0))
-    upright -= axis * (axis @ upright)
-    upright /= np.linalg.norm(upright)
-    up = math.cos(settings.roll) * upright + math.sin(settings.roll) * np.cross(axis, upright)
-    spread = np.linspace(-0.5, 0.5, settings.rays)[:, None] if settings.rays > 1 else np.zeros((1, 1))
-    if is_sun or settings.arrangement == "BEAM":
-        return place + settings.width * spread * up, np.broadcast_to(axis, (settings.rays, 3))
-    if settings.arrangement == "FAN":
-        directions = np.cos(settings.angle * spread) * axis + np.sin(settings.angle * spread) * up
-    else:
-        # equal steps of height on the unit sphere, each turned by the golden angle, are spread evenly
-        step = np.arange(settings.rays)[:, None]
-        cosine = 1 - (1 - math.cos(settings.angle / 2)) * (step + 0.5) / settings.rays
-        turn = step * math.pi * (3 - math.sqrt(5))
-        across = np.cos(turn) * up + np.sin(turn) * np.cross(axis, up)
-        directions = cosine * axis + np.sqrt(1 - cosine**2) * across
-    return np.broadcast_to(place, directions.shape), directions
+def _warning(surfaces, drawn, bounces):
+    """What there is to be said of these {source: Paths}, a sentence or None."""
+    if surfaces.unknown:
+        return pgettext_rpt(
+            "Rays end at {materials}: a link decides its media, so that they are not known here"
+        ).format(materials=", ".join(sorted(surfaces.unknown)))
+    # of the rays that met an interface
+    total = stopped = lost = 0.0
+    for paths in drawn.values():
+        met = np.isin(paths.fate, (Fate.SPLIT, Fate.STOPPED)) & (paths.depth == 0)
+        total += met.sum()
+        stopped += paths.energy[paths.fate == Fate.STOPPED].sum()
+        lost += paths.lost.sum()
+    if not total and all((paths.fate == Fate.LANDED).all() for paths in drawn.values()):
+        return pgettext_rpt("All rays end at an opaque object before they meet an interface; move it, or the source")
+    if not total:
+        return pgettext_rpt("No ray met an interface; move the source, or aim it at one")
+    if stopped >= CUT * total:
+        return pgettext_rpt(
+            "After {bounces} bounces {share:.0f} % of the light ends at an interface; raise Bounces to follow it on"
+        ).format(bounces=bounces, share=100 * stopped / total)
+    if lost >= CUT * total:
+        return pgettext_rpt(
+            "Branches with {share:.0f} % of the light have less than the Least Energy; lower it to follow them on"
+        ).format(share=100 * lost / total)
+    return None
 
 
 # ---------------------------------------------------------------- how they are drawn

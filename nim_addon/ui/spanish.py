@@ -581,6 +581,10 @@ TEXTS = {
     "How the light paths of this scene are drawn": "Cómo se dibujan las trayectorias de rayos de esta escena",
     "Source": "Origen",
     "Where the rays start": "Dónde empiezan los rayos",
+    "From the Side": "Desde un lado",
+    "From outside, beside the interface as the camera sees it; from above, at a slant, if it is flat": (
+        "Desde fuera, al lado de la interfaz tal como la ve la cámara; desde arriba, inclinado, si es plana"
+    ),
     "3D Cursor": "Cursor 3D",
     "From the 3D cursor; from its left (-X) if it is in the target's middle": (
         "Desde el cursor 3D; desde su izquierda (-X) si está en el centro del objetivo"
@@ -660,8 +664,18 @@ TEXTS = {
     "Rays end at {materials}: a link decides its media, so that they are not known here": (
         "Los rayos terminan en {materials}: un vínculo decide sus medios, y aquí no se conocen"
     ),
+    "All rays end at an opaque object before they meet an interface; move it, or the source": (
+        "Todos los rayos terminan en un objeto opaco antes de encontrar una interfaz; hay que moverlo, o mover el origen"
+    ),
     "No ray met an interface; move the source, or aim it at one": (
         "Ningún rayo encontró una interfaz; hay que mover el origen, o apuntarlo a una"
+    ),
+    "After {bounces} bounces {share:.0f} % of the light ends at an interface; raise Bounces to follow it on": (
+        "Tras {bounces} rebotes el {share:.0f} % de la luz termina en una interfaz; hay que aumentar Rebotes para "
+        "seguirla"
+    ),
+    "Branches with {share:.0f} % of the light have less than the Least Energy; lower it to follow them on": (
+        "Ramas con el {share:.0f} % de la luz tienen menos que la Energía mínima; hay que bajarla para seguirlas"
     ),
     "Clear Light Paths": "Eliminar trayectorias de rayos",
     "Remove all light paths of this scene, and what was made for them": (

@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 from mathutils import Euler, Matrix
 
+from nim_addon.cycles import meshes
 from nim_addon.cycles.material import interface_material
-from nim_addon.physics import Interface, Medium
+from nim_addon.cycles.visibility import as_rendered, shown
+from nim_addon.physics import MEDIA, Interface, Medium
 from nim_addon.physics.rays import Kind, Shapes, Sphere, trace
 from nim_addon.scenes import glass, shapes, sphere, surfaces
 from nim_addon.ui import light_paths
@@ -21,8 +23,9 @@ MARK = light_paths.MARK
 
 @pytest.fixture
 def scene(addon):
-    """The default file without its cube."""
+    """The default file without its cube, with rays from the 3D cursor."""
     bpy.data.objects.remove(bpy.data.objects["Cube"])
+    bpy.context.scene.nim_rays.source = "CURSOR"
     return bpy.context.scene
 
 
@@ -113,21 +116,6 @@ def test_a_beam_through_a_moved_and_mirrored_ball_is_the_analytic_one(scene, pre
     assert errors[1] < 0.4 * errors[0], errors
 
 
-def test_normals_of_a_stretched_ball_are_those_of_the_ellipsoid(scene):
-    ball = add_interface(-1.5, shapes.cube_sphere(32), smooth=True)
-    ball.scale = stretch = np.array((2.0, 1.0, 0.4))
-    bpy.context.view_layer.update()
-    outwards = np.random.default_rng(1).normal(size=(50, 3)) * stretch
-    outwards /= np.linalg.norm(outwards, axis=1, keepdims=True)
-    surfaces = light_paths.Meshes(bpy.context.evaluated_depsgraph_get())
-    hit = surfaces.hit(9 * outwards, -outwards)
-    at = (9 - hit.distance)[:, None] * outwards
-    np.testing.assert_allclose(np.linalg.norm(at / stretch, axis=1), 1, atol=1e-3)
-    normals = at / stretch**2
-    np.testing.assert_allclose(hit.normal, normals / np.linalg.norm(normals, axis=1, keepdims=True), atol=5e-3)
-    assert (hit.which == 0).all()
-
-
 def test_flat_faces_bend_by_their_own_normals(scene, press):
     add_interface(-1.5, shapes.box((-1, -1, -1), (1, 1, 1)))
     scene.cursor.location = (-3, 0, 0)
@@ -155,11 +143,16 @@ def test_modifiers_and_instances_count_and_what_is_hidden_does_not(scene, press)
     scene.collection.objects.link(instance)
     press("nim.light_paths", **down)
     np.testing.assert_allclose(drawn(Kind.TRANSMITTED)[0][:, 0, 2], (0.5, 0, -0.5, -1, -1.5, -2), atol=1e-5)
-    wall.hide_set(True)
+    wall.hide_set(True)  # from the viewport, not from renders
+    press("nim.light_paths", **down)
+    np.testing.assert_allclose(drawn(Kind.TRANSMITTED)[0][:, 0, 2], (0.5, 0, -0.5, -1, -1.5, -2), atol=1e-5)
+    assert wall.hide_get()
+    layer = bpy.context.view_layer.layer_collection.children["Group"]
+    layer.exclude = True
     press("nim.light_paths", **down)
     np.testing.assert_allclose(drawn(Kind.TRANSMITTED)[0][:, 0, 2], (0.5, -0.5, -1.5), atol=1e-5)
+    layer.exclude = False
     instance.hide_render = True
-    wall.hide_set(False)
     press("nim.light_paths", **down)
     np.testing.assert_allclose(drawn(Kind.TRANSMITTED)[0][:, 0, 2], (0, -1, -2), atol=1e-5)
 
@@ -183,11 +176,139 @@ def test_arrangements(scene, press):
     np.testing.assert_allclose(direction(ends).mean(axis=0)[1:], 0, atol=0.002)
 
 
-def test_a_new_file_needs_no_move_of_the_cursor(addon, press):
-    bpy.data.objects["Cube"].data.materials[0] = interface_material("NIM", Medium(-1.5), backend="nodes")
+CURSORS = ((0, 0, 0), (0, 0, 1.001), (7, -5, -3))
+
+
+def met_from_outside(scene, least):
+    """The rays of the default source, after a check that so many meet an interface, of a medium in air, from air."""
+    bpy.context.view_layer.update()
+    with as_rendered(scene) as depsgraph:
+        things = (one for one in shown(scene, depsgraph) if not one.original.get(MARK))
+        surfaces = meshes.Meshes(things, depsgraph)
+        ends, _ = drawn(Kind.INCIDENT, scene)
+        along = direction(ends)
+        ahead, behind = surfaces.hit(ends[:, 0], along), surfaces.hit(ends[:, 0], -along)
+        met = ahead.which >= 0
+        assert met.mean() >= least, met
+        assert all(surfaces.interfaces[which].outside == MEDIA["air"] for which in ahead.which[met])
+        assert (np.sum(along * ahead.normal, axis=1)[met] < 0).all()  # comes from outside
+        assert (np.sum(-along * behind.normal, axis=1) <= 0).all()  # nothing closed is around the start
+        assert (ends[:, 0] < surfaces.low).any(axis=1).all() or (ends[:, 0] > surfaces.high).any(axis=1).all()
+        landed = surfaces.hit(ends[:, 1] + surfaces.gap * 10 * along, along)
+        assert np.isfinite(landed.distance[met]).mean() > 0.5  # and it goes on to another surface
+    return ends
+
+
+@pytest.mark.parametrize("name", ["sphere", "glass", "sea", "pool"])
+def test_build_then_draw_is_a_beam_from_outside_wherever_the_cursor_stands(addon, press, name):
+    bpy.context.scene.nim_scenes.scene = name
+    press("nim.build_scene")
+    scene = bpy.context.scene
+    assert scene.name == f"NIM {name}"
+    first = None
+    for cursor in CURSORS:
+        scene.cursor.location = cursor
+        press("nim.light_paths")
+        ends = met_from_outside(scene, 0.8)
+        first = ends if first is None else first
+        np.testing.assert_array_equal(ends, first)
+        assert len(drawn(Kind.TRANSMITTED, scene)[0]) >= 17
+    # its plane is seen by the camera, if that does not look along the beam from below
+    along, spread = direction(ends)[0], ends[-1, 0] - ends[0, 0]
+    across = np.cross(along, spread / np.linalg.norm(spread))
+    if name != "sea":
+        assert abs(across @ np.array(scene.camera.matrix_world)[:3, 2]) > 0.5
+    if name in ("sea", "pool"):
+        assert -0.9 < along[2] < -0.5  # at a slant from above
+
+
+def test_of_an_added_sphere_too(scene, press):
+    scene.nim_rays.source = "SIDE"
+    for cursor in CURSORS:
+        scene.cursor.location = cursor
+        press("nim.add_object")
+        added = bpy.context.object
+        press("nim.light_paths")
+        middle = met_from_outside(scene, 1.0)[:, 1].mean(axis=0)
+        np.testing.assert_allclose(middle[1:], cursor[1:], atol=1e-3)
+        bpy.data.objects.remove(added)
+
+
+def test_of_the_converted_cube_too(addon, press):
+    press("nim.convert")
     press("nim.light_paths", rays=3)
     ends, _ = drawn(Kind.INCIDENT)
     np.testing.assert_allclose(ends[:, 1], [(-1, 0, -0.8), (-1, 0, 0), (-1, 0, 0.8)], atol=1e-5)
+
+
+def test_a_bubble_is_met_from_outside_the_block_it_is_in(scene, press):
+    add_interface(-1.5, shapes.box((-5, -5, -5), (5, 5, 5)))
+    bubble = add_interface(1.1, shapes.cube_sphere(8), smooth=True)
+    bpy.context.view_layer.objects.active = bubble
+    press("nim.light_paths", source="SIDE")
+    assert (drawn(Kind.INCIDENT)[0][:, 0, 0] < -5).all()
+
+
+def test_spheres_far_apart_leave_no_beam_between_them(scene, press):
+    for x, y in ((-20, 3), (20, -9), (-2, 15)):
+        ball = add_interface(-1.5, shapes.cube_sphere(8), smooth=True)
+        ball.location = x, y, 0
+    bpy.context.view_layer.objects.active = None
+    press("nim.light_paths", source="SIDE")
+    met_from_outside(scene, 0.9)
+
+
+def test_what_stands_in_the_way_is_gone_around(scene, press):
+    add_interface(-1.5, shapes.cube_sphere(8), smooth=True)
+    wall = add("Wall", *shapes.box((-1.4, -3, -3), (-1.2, 3, 3)), surfaces.plain("Wall", (0.5, 0.5, 0.5)))
+    press("nim.light_paths", source="SIDE")
+    met_from_outside(scene, 1.0)
+    wall.hide_render = True
+    press("nim.light_paths", source="SIDE")
+    assert (drawn(Kind.INCIDENT)[0][:, 0, 0] < -1.4).all()
+
+
+def test_an_interface_within_the_default_cube_is_said_to_be_behind_it(addon, press, capfd):
+    press("nim.add_object")
+    press("nim.light_paths")
+    assert "Warning: All rays end at an opaque object before they meet an interface" in capfd.readouterr().out
+
+
+@pytest.mark.parametrize("turn", [(0, 0, 0), (90, 0, 0), (0, 90, 0)])
+def test_a_sheet_is_met_at_a_slant(scene, press, turn):
+    sheet = add_interface(-1.5, shapes.rectangle((-5, -5), (5, 5)))
+    sheet.rotation_euler = np.radians(turn)
+    press("nim.light_paths", source="SIDE")
+    ends, _ = drawn(Kind.INCIDENT)
+    normal = np.array(sheet.matrix_world)[:3, 2]
+    np.testing.assert_allclose(direction(ends) @ normal, -math.sqrt(0.5), atol=1e-6)
+    np.testing.assert_allclose(ends[:, 1] @ normal, 0, atol=1e-5)
+
+
+@pytest.mark.parametrize("aim, along", [("TARGET", (1, 0, 0)), ("FORWARD", (1, 0, 0)), ("DIRECTION", (0, 0.6, -0.8))])
+def test_from_the_side_takes_a_direction_of_ones_own(scene, press, aim, along):
+    add_interface(-1.5, shapes.cube_sphere(8), smooth=True)
+    press("nim.light_paths", source="SIDE", aim=aim, direction=(0, 3, -4), rays=3)
+    ends, _ = drawn(Kind.INCIDENT)
+    np.testing.assert_allclose(direction(ends), np.tile(along, (3, 1)), atol=1e-6)
+    assert (np.linalg.norm(ends[:, 1], axis=1) < 1.001).all()
+
+
+def test_numbers_of_sources_stay_as_files_hold_them(addon):
+    items = bpy.context.scene.nim_rays.bl_rna.properties["source"].enum_items
+    assert {item.identifier: item.value for item in items} == {"CURSOR": 0, "CAMERA": 1, "LAMP": 2, "SIDE": 3}
+
+
+def test_what_cuts_the_rays_is_said(scene, press, capfd):
+    add_interface(-1.5, shapes.box((-1, -1, -1), (1, 1, 1)))
+    press("nim.light_paths", source="SIDE", bounces=0)
+    assert "Warning: After 0 bounces 100 % of the light ends at an interface; raise Bounces" in capfd.readouterr().out
+    press("nim.light_paths", source="SIDE", bounces=1)
+    assert "Warning: After 1 bounces 96 % of the light ends at an interface" in capfd.readouterr().out
+    press("nim.light_paths", source="SIDE", bounces=8, least=0.99)
+    assert "Warning: Branches with 100 % of the light have less than the Least Energy" in capfd.readouterr().out
+    press("nim.light_paths", source="SIDE", bounces=8, least=0.001)
+    assert "Warning" not in capfd.readouterr().out
 
 
 def test_lamps_of_every_type(scene, press):

@@ -1,0 +1,188 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where light paths start: beside the interfaces, at the 3D cursor, at the camera, or at lamps."""
+
+import math
+
+import numpy as np
+from bpy.app.translations import pgettext_rpt
+
+# Of a beam from the side so many rays should meet an interface first, from outside and not at a grazing angle.
+ENOUGH = 0.5
+STEEP = 0.3  # the least cosine of what is not grazing
+FLAT = 0.1  # thinner than this share of its second extent something is a sheet, such as the surface of a liquid
+
+
+def starts(context, settings, surfaces, depsgraph):
+    """The rays of each source: {name: (origins (N, 3), directions (N, 3))}; with settings.fit it sets their sizes.
+
+    surfaces: cycles.meshes.Meshes with at least one interface; ValueError with a sentence where settings lead nowhere
+    """
+    target = surfaces.bounds.get(context.active_object, (surfaces.low, surfaces.high))
+    if settings.fit:
+        # as properties, so that whoever takes the fit off goes on from here
+        settings.thickness, settings.reach = 0.007 * surfaces.size, surfaces.size
+    if settings.source == "SIDE":
+        return {"side": _from_the_side(context.scene, settings, surfaces, target, depsgraph)}
+    if settings.fit:
+        settings.width = 0.8 * float(np.median(target[1] - target[0]))
+    middle = (target[0] + target[1]) / 2
+    return {
+        name: _from(settings, matrix, is_sun, middle, surfaces.size, context.scene.cursor)
+        for name, matrix, is_sun in _sources(context, settings.source, depsgraph)
+    }
+
+
+def lamps(context):
+    """The selected lamps; where none is, the scene's lamp if there is just one."""
+    chosen = [thing for thing in context.selected_objects if thing.type == "LIGHT"]
+    if not chosen:
+        chosen = [thing for thing in context.scene.objects if thing.type == "LIGHT"]
+        chosen = chosen if len(chosen) == 1 else []
+    return chosen
+
+
+def _sources(context, source, depsgraph):
+    """Of each source its name, its matrix (4, 4), and whether it is a sun."""
+    scene = context.scene
+    if source == "CURSOR":
+        return [("cursor", np.array(scene.cursor.matrix, float), False)]
+    things = lamps(context) if source == "LAMP" else [scene.camera] if scene.camera else []
+    if not things:
+        raise ValueError(
+            pgettext_rpt("Light paths: no lamp is selected, and there is not just one; select a lamp")
+            if source == "LAMP"
+            else pgettext_rpt("Light paths: the scene has no camera; add one, or choose another source")
+        )
+    return [
+        (
+            f"lamp {thing.name}" if source == "LAMP" else "camera",
+            np.array(thing.evaluated_get(depsgraph).matrix_world, float),
+            thing.type == "LIGHT" and thing.data.type == "SUN",
+        )
+        for thing in things
+    ]
+
+
+def _from(settings, matrix, is_sun, middle, size, cursor):
+    """Origins and directions (N, 3) of the rays of one source, whose target is at `middle`."""
+    place = matrix[:3, 3]
+    if settings.aim == "TARGET" and np.linalg.norm(middle - place) < 1e-3 * size:
+        # as in a new file, where cursor and cube are both at the origin: in there nothing would be bent
+        place = middle - (size, 0, 0)
+    if is_sun or settings.aim == "FORWARD":
+        axis = _direction(-matrix[:3, 2])
+    else:
+        axis = _direction(settings.direction if settings.aim == "DIRECTION" else middle - place)
+    if is_sun:
+        # from nowhere near: a beam that is centred on the target, and starts outside of everything that bends
+        place = (middle if settings.aim == "TARGET" else np.array(cursor.location, float)) - axis * size
+    return _rays(settings, place, axis, settings.width, is_sun or settings.arrangement == "BEAM")
+
+
+def _direction(vector):
+    vector = np.array(vector, float)
+    if not np.linalg.norm(vector) > 0:
+        raise ValueError(
+            pgettext_rpt("Light paths: the direction of the rays is zero; give another, or choose another aim")
+        )
+    return vector / np.linalg.norm(vector)
+
+
+def _across(axis, roll):
+    """The direction in which a beam along `axis` is wide: upright, turned by the roll; about the vertical the y axis."""
+    upright = np.array((0.0, 0.0, 1.0) if abs(axis[2]) < 0.9999 else (0.0, 1.0, 0.0))
+    upright -= axis * (axis @ upright)
+    upright /= np.linalg.norm(upright)
+    return math.cos(roll) * upright + math.sin(roll) * np.cross(axis, upright)
+
+
+def _rays(settings, place, axis, width, parallel):
+    """Origins and directions (N, 3) of rays from `place` about the unit vector `axis`."""
+    up = _across(axis, settings.roll)
+    spread = np.linspace(-0.5, 0.5, settings.rays)[:, None] if settings.rays > 1 else np.zeros((1, 1))
+    if parallel:
+        return place + width * spread * up, np.broadcast_to(axis, (settings.rays, 3))
+    if settings.arrangement == "FAN":
+        directions = np.cos(settings.angle * spread) * axis + np.sin(settings.angle * spread) * up
+    else:
+        # equal steps of height on the unit sphere, each turned by the golden angle, are spread evenly
+        step = np.arange(settings.rays)[:, None]
+        cosine = 1 - (1 - math.cos(settings.angle / 2)) * (step + 0.5) / settings.rays
+        turn = step * math.pi * (3 - math.sqrt(5))
+        across = np.cos(turn) * up + np.sin(turn) * np.cross(axis, up)
+        directions = cosine * axis + np.sqrt(1 - cosine**2) * across
+    return np.broadcast_to(place, directions.shape), directions
+
+
+# ---------------------------------------------------------------- from the side
+
+
+def _from_the_side(scene, settings, surfaces, target, depsgraph):
+    """Origins and directions (N, 3) that start outside of all there is and meet interfaces, as far as such are found."""
+    boxes = [target]
+    if target[0] is surfaces.low:  # of interfaces that lie apart the middle may be empty: then one of them will do
+        boxes += sorted(surfaces.bounds.values(), key=lambda box: -np.linalg.norm(box[1] - box[0]))
+    best, most = None, -1.0
+    for low, high in boxes:
+        for beyond in (False, True):
+            for axis in _axes(scene, settings, high - low, depsgraph):
+                start = _beside(settings, surfaces, low, high, axis, beyond)
+                share = _share(surfaces, *start[:2])
+                if share > most:
+                    best, most = start, share
+                if most >= ENOUGH:
+                    break
+            if most >= ENOUGH:
+                break
+        if most >= ENOUGH:
+            break
+    if settings.fit:
+        settings.width = best[2]
+    return best[:2]
+
+
+def _axes(scene, settings, extent, depsgraph):
+    """Unit vectors along which a beam could come, the best first: across the camera's view; at a slant to a sheet."""
+    if settings.aim == "DIRECTION":
+        return [_direction(settings.direction)]
+    right, away, up = np.eye(3)
+    if scene.camera:
+        view = np.array(scene.camera.evaluated_get(depsgraph).matrix_world, float)[:3, 0]
+        # along an axis of the scene, as most things stand; x where the camera looks between two
+        across = 1 if abs(view[1]) > 1.5 * abs(view[0]) else 0
+        right = np.eye(3)[across] * (1 if view[across] >= 0 else -1)
+        away = np.cross(up, right)
+    slants = [right - up, right + away, right - away, away - up, -right - up, right + up]
+    straight = [right, -right, away, -away, -up, up]
+    thin, second = np.sort(extent)[:2]
+    if thin < FLAT * second:
+        normal = np.eye(3)[np.argmin(extent)]
+        order = sorted(slants, key=lambda axis: abs(axis @ normal) < 0.5) + straight
+    else:
+        order = straight[:1] + slants[:1] + straight[1:] + slants[1:]
+    return [_direction(axis) for axis in order]
+
+
+def _beside(settings, surfaces, low, high, axis, beyond):
+    """Origins, directions and width of rays along `axis` that start outside of the box, or `beyond` all interfaces."""
+    middle, extent = (low + high) / 2, high - low
+    before = 0.75 * np.linalg.norm(extent)
+    if beyond:
+        corners = np.array(np.meshgrid(*np.stack([surfaces.low, surfaces.high], -1))).reshape(3, -1).T
+        before = max(before, -np.min((corners - middle) @ axis) + 0.25 * np.linalg.norm(extent))
+    width = settings.width
+    if settings.fit:
+        thin, second = np.sort(extent)[:2]
+        # as wide as the ellipsoid in the box is, across the beam
+        extent = np.linalg.norm(_across(axis, settings.roll) * extent)
+        width = (0.25 if thin < FLAT * second else 0.8) * float(extent)
+    return *_rays(settings, middle - before * axis, axis, width, settings.arrangement == "BEAM"), width
+
+
+def _share(surfaces, origins, directions):
+    """The share of rays that start outside and meet an interface first, at no grazing angle; a little for any other."""
+    ahead, behind = surfaces.hit(origins, directions), surfaces.hit(origins, -directions)
+    meets = ahead.which >= 0
+    outside = np.sum(-directions * behind.normal, axis=1) <= 0
+    good = meets & outside & (np.sum(directions * ahead.normal, axis=1) < -STEEP)
+    return float(np.mean(good + 0.01 * meets))

@@ -3,15 +3,10 @@
 
 import bpy
 
-from . import mesh_checks, settings, visibility
-from .material import MARK, asked_interfaces, device_runs_osl, osl_available, switch_backend
-from .problem import Problem, about, own_data
+from . import mesh_checks, ray_checks, settings, value_checks, visibility
+from .material import MARK, asked_interfaces, device_runs_osl, interface_group, osl_available
+from .problem import Problem
 from .sight import look
-
-# Below this a picture with a few NIMs in it has black spots; Blender starts with 8.
-TRANSPARENT_BOUNCES = 64
-# What a light of no size is given: a small bulb (metres), and the sun as it is seen from the earth (radians).
-RADIUS, SUN = 0.1, 0.00918
 
 
 def backends(materials):
@@ -38,7 +33,11 @@ def problems(scene: bpy.types.Scene) -> list[Problem]:
 
 def found_in(sight):
     """The Problems that all of CHECKS find in a sight.Sight."""
-    return [problem for check in CHECKS for problem in check(sight)] if sight.worn else []
+    if getattr(sight.scene, "cycles", None) is None:
+        return []
+    if not sight.worn:
+        return ray_checks.layers(sight) if ray_checks.overridden(sight.scene) else []
+    return [problem for check in CHECKS for problem in check(sight)]
 
 
 def setting_problems(scene, backends):
@@ -70,29 +69,7 @@ def setting_problems(scene, backends):
             add("osl_device", text, "Use nodes", scripted)
         elif not cycles.shading_system:
             add("osl_off", "Open Shading Language is off, which the material's script needs.", "Turn on OSL", scripted)
-    if cycles.transparent_max_bounces < TRANSPARENT_BOUNCES:
-        text = "Transparent bounces: {bounces}. Each bend backwards is one, and after the last the path is black."
-        add("transparent_bounces", text, "Raise them", bounces=cycles.transparent_max_bounces)
-    if cycles.sample_clamp_direct > 0 or cycles.sample_clamp_indirect > 0:
-        text = "Clamping dims what is mirrored but not what is bent backwards: their balance is wrong."
-        add("clamp", text, "Turn off clamping")
-    if cycles.blur_glossy > 0:
-        text = "Filter Glossy blurs what is mirrored but not what is bent backwards."
-        add("filter_glossy", text, "Turn off the filter")
-    if scene.render.film_transparent:
-        text = "The film is transparent: a negative-index material shows as a hole in it."
-        add("film_transparent", text, "Make the film opaque")
-    return found
-
-
-def light_problems(sight):
-    """The Problems of lights: one of no size is never met by a ray that an interface has bent."""
-    found = []
-    for thing in visibility.rendered(sight.scene):
-        if thing.type == "LIGHT" and _sizeless(thing.data):
-            text = "The light {name} has no size: it is never seen through the interface and casts no light through it."
-            found.append(about(thing, "zero_light", text, "Give it a size"))
-    return found
+    return found + settings.losses(scene)
 
 
 def mend(scene, code=None):
@@ -103,51 +80,30 @@ def mend(scene, code=None):
     return mended
 
 
-def _sizeless(light):
-    if light.type == "SUN":
-        return light.angle == 0
-    if light.type == "AREA":
-        return light.size == 0 or (light.shape in ("RECTANGLE", "ELLIPSE") and light.size_y == 0)
-    return light.shadow_soft_size == 0
-
-
 def _use_nodes(scene, problem):
     for name in problem.materials:
-        switch_backend(bpy.data.materials[name], "nodes")
+        for node, _ in asked_interfaces(bpy.data.materials[name, None]):
+            node.node_tree = interface_group("nodes")
 
 
-def _give_size(scene, problem):
-    for light in own_data(problem):
-        if light.type == "SUN":
-            light.angle = SUN
-        elif light.type == "AREA":
-            light.size, light.size_y = light.size or RADIUS, light.size_y or RADIUS
-        else:
-            light.shadow_soft_size = RADIUS
+def _use_cycles(scene, problem):
+    scene.render.engine = "CYCLES"
 
 
-def _set(owner, **values):
-    """A mend that sets attributes of the scene's `owner` ("render" or "cycles")."""
-
-    def settle(scene, problem):
-        for name, value in values.items():
-            setattr(getattr(scene, owner), name, value)
-
-    return settle
+def _use_osl(scene, problem):
+    scene.cycles.shading_system = True
 
 
 # Each finds the Problems of its kind in a sight.Sight; slow ones are quick where Sight.measured() has kept what they know.
-CHECKS = [light_problems, mesh_checks.find]
+CHECKS = [*ray_checks.CHECKS, value_checks.find, mesh_checks.find]
 # {code of a Problem that has a remedy: function(scene, problem) that does it}
 MENDS = {
-    **mesh_checks.MENDS,
-    "engine": _set("render", engine="CYCLES"),
+    "engine": _use_cycles,
     "osl_missing": _use_nodes,
     "osl_device": _use_nodes,
-    "osl_off": _set("cycles", shading_system=True),
-    "transparent_bounces": _set("cycles", transparent_max_bounces=settings.BOUNCES),
-    "clamp": _set("cycles", sample_clamp_direct=0.0, sample_clamp_indirect=0.0),
-    "filter_glossy": _set("cycles", blur_glossy=0.0),
-    "film_transparent": _set("render", film_transparent=False),
-    "zero_light": _give_size,
+    "osl_off": _use_osl,
+    **{loss.code: settings.mend for loss in settings.LOSSES},
+    **ray_checks.MENDS,
+    **value_checks.MENDS,
+    **mesh_checks.MENDS,
 }

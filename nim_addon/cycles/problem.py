@@ -34,14 +34,15 @@ class Problem(NamedTuple):
         return " ".join(self.texts).format(**self.values)
 
 
-def about(thing, code, text, remedy, materials=None, modified=False, **values):
-    """The Problem of a bpy.types.Object, no button where its data, or the object if `modified`, is a library's.
+def about(thing, code, text, remedy, materials=None, modified=False, owner=None, **values):
+    """The Problem of a bpy.types.Object; without a button where what would be mended is a library's.
 
-    code, text, remedy, materials, values: as of Problem; modified: whether a modifier is what is wrong
+    code, text, remedy, materials, values: as of Problem; modified: whether a modifier is what is wrong;
+    owner: what would be mended, the object's data if None
     """
     texts = (text, MODIFIED) if modified else (text,)
     # modifiers are the object's, which may be of this file though its data is linked
-    linked = (thing if modified else thing.data).library
+    linked = (owner or (thing if modified else thing.data)).library
     if linked:
         texts += (LINKED,)
     remedy = None if modified or linked else remedy

@@ -1,9 +1,131 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Render settings under which no light is lost at an interface (what each one would cost is in the comments)."""
+"""Render settings under which no light is lost at an interface: one list for what sets them and what checks them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import bpy
+
+from .problem import Problem
 
 # The most Cycles takes. A ray bent backwards counts as a transparent bounce, any other as a bounce of its kind, and a
 # path that has used them up is black; paths that lose light end early by Russian roulette, so a high limit costs little.
 BOUNCES = 1024
+# Below this a picture with a few NIMs, or with one of many folds, has black spots; Blender starts with 8 and 4.
+FEWEST = 64
+
+
+class Loss(NamedTuple):
+    """Settings that lose light at an interface, or make it up.
+
+    code, text, remedy: as of a problem.Problem; {worst} in the text is the smallest of the settings
+    values: {path from the scene: the value that loses nothing}
+    wrong:  whether the settings, given in that order, do
+    """
+
+    code: str
+    values: dict
+    wrong: Callable
+    text: str
+    remedy: str
+
+
+def _below(least):
+    return lambda *values: min(values) < least
+
+
+def _on(*values):
+    return any(value > 0 for value in values)
+
+
+def _off(*values):
+    return not all(values)
+
+
+LOSSES = (
+    Loss(
+        "transparent_bounces",
+        {"cycles.transparent_max_bounces": BOUNCES},
+        _below(FEWEST),
+        "Transparent bounces: {worst}. Each bend backwards is one, and after the last the path is black.",
+        "Raise them",
+    ),
+    Loss(
+        "bounces",
+        {f"cycles.{kind}_bounces": BOUNCES for kind in ("max", "glossy", "transmission")},
+        _below(FEWEST),
+        "Light bounces: {worst}. Each reflection and each bend forwards is one, and after the last the path is black.",
+        "Raise them",
+    ),
+    Loss(
+        "diffuse_bounces",
+        {"cycles.diffuse_bounces": BOUNCES},
+        _below(1),
+        "Diffuse bounces: 0. Light that has passed an interface is then missing on matt surfaces.",
+        "Raise them",
+    ),
+    Loss(
+        "caustics",
+        {"cycles.caustics_reflective": True, "cycles.caustics_refractive": True},
+        _off,
+        "Caustics are off: light that was mirrored or bent at an interface is missing on matt surfaces.",
+        "Turn on caustics",
+    ),
+    Loss(
+        "fast_gi",
+        {"cycles.use_fast_gi": False},
+        _on,
+        "Fast GI Approximation ends paths early, and makes up what they would have met.",
+        "Turn it off",
+    ),
+    Loss(
+        "clamp",
+        {"cycles.sample_clamp_direct": 0.0, "cycles.sample_clamp_indirect": 0.0},
+        _on,
+        "Clamping dims what is mirrored but not what is bent backwards: their balance is wrong.",
+        "Turn off clamping",
+    ),
+    Loss(
+        "filter_glossy",
+        {"cycles.blur_glossy": 0.0},
+        _on,
+        "Filter Glossy blurs what is mirrored but not what is bent backwards.",
+        "Turn off the filter",
+    ),
+    Loss(
+        "adaptive_sampling",
+        {"cycles.use_adaptive_sampling": False},
+        _on,
+        "Adaptive Sampling stops where it has met no light yet: a small light through an interface is missing.",
+        "Turn it off",
+    ),
+    Loss(
+        "film_transparent",
+        {"render.film_transparent": False},
+        _on,
+        "The film is transparent: a negative-index material shows as a hole in it.",
+        "Make the film opaque",
+    ),
+)
+
+
+def losses(scene: bpy.types.Scene) -> list[Problem]:
+    """The Problems of settings under which `scene` loses light at an interface; quick."""
+    found = []
+    for loss in LOSSES:
+        values = [scene.path_resolve(path) for path in loss.values]
+        if loss.wrong(*values):
+            found.append(Problem(loss.code, (loss.text,), {"worst": min(values)}, loss.remedy))
+    return found
+
+
+def mend(scene, problem):
+    """Set what the Loss of that problem's code is about to what loses nothing."""
+    (values,) = (loss.values for loss in LOSSES if loss.code == problem.code)
+    for path, value in values.items():
+        _put(scene, path, value)
 
 
 def lossless(scene, backend):
@@ -11,27 +133,22 @@ def lossless(scene, backend):
 
     backend: "osl" or "nodes" (material.resolve)
     """
-    if scene.render.engine != "CYCLES":  # setting it stops Cycles' previews, and waits for them, for nothing
-        scene.render.engine = "CYCLES"
+    _put(scene, "render.engine", "CYCLES")
+    for loss in LOSSES:
+        for path, value in loss.values.items():
+            _put(scene, path, value)
     cycles = scene.cycles
     cycles.device = "CPU"
     cycles.shading_system = backend == "osl"
-    cycles.transparent_max_bounces = BOUNCES
-    cycles.max_bounces = BOUNCES
-    for kind in ("diffuse", "glossy", "transmission"):
-        setattr(cycles, f"{kind}_bounces", BOUNCES)
-    # Filter Glossy and the clamps bite on the reflection but not on a ray that bends backwards.
-    cycles.blur_glossy = 0.0
-    cycles.sample_clamp_direct = 0.0
-    cycles.sample_clamp_indirect = 0.0
-    cycles.caustics_reflective = True
-    cycles.caustics_refractive = True
-    cycles.use_adaptive_sampling = False  # stops early where it has seen nothing yet: a rare caustic
     cycles.use_denoising = False
-    # transparent film would show a NIM as a hole
-    scene.render.film_transparent = False
     scene.render.use_compositing = False
     scene.render.use_sequencer = False
+
+
+def _put(scene, path, value):
+    owner, _, name = path.partition(".")
+    if scene.path_resolve(path) != value:  # setting it stops Cycles' previews, and waits for them, for nothing
+        setattr(getattr(scene, owner), name, value)
 
 
 def one_sample(scene, index, total):

@@ -16,6 +16,7 @@ class Sight(NamedTuple):
 
     scene, depsgraph: the bpy.types of these names
     shown:    the visibility.Shown in it
+    lamps:    the lamps in it, objects of the file
     worn:     {interface material: the Shown that wear it}; an empty list where all of them are hidden in the viewport
     limit:    meshes of more faces are left out, and their objects named in left_out; None for no limit
     left_out: names of objects, which checks add to
@@ -26,10 +27,20 @@ class Sight(NamedTuple):
     scene: bpy.types.Scene
     depsgraph: bpy.types.Depsgraph
     shown: list
+    lamps: list
     worn: dict
     limit: int | None
     left_out: set
     kept: dict
+
+    def wearers(self):
+        """{Shown: the interface materials that it wears}, an object of the file once for each that makes instances."""
+        first, worn = {}, {}
+        for material, those in self.worn.items():
+            for one in those:
+                one = first.setdefault((one.original, one.parent), one)
+                worn.setdefault(one, {})[material] = None
+        return {one: list(materials) for one, materials in worn.items()}
 
     def measured(self, one, kind, measure):
         """measure(mesh) of a visibility.Shown, kept under the name `kind`; None, and left out, if over the limit."""
@@ -58,4 +69,5 @@ def look(
             if material:
                 worn.setdefault(material, [])
     worn = {material: those for material, those in worn.items() if asked_interfaces(material)}
-    return Sight(scene, depsgraph, shown, worn, limit, set(), {} if kept is None else kept)
+    lamps = visibility.lamps(scene, depsgraph)
+    return Sight(scene, depsgraph, shown, lamps, worn, limit, set(), {} if kept is None else kept)

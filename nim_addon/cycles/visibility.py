@@ -64,7 +64,10 @@ def rendered(scene):
 
 def _layers(scene):
     """The layer collections of the first view layer that are rendered."""
-    found, queue = [], [scene.view_layers[0].layer_collection]
+    view = scene.view_layers[0]
+    if view.layer_collection is None:  # from 5.2, until a new scene's view layer has been asked for
+        view.update()
+    found, queue = [], [view.layer_collection]
     while queue:
         layer = queue.pop()
         if not layer.collection.hide_render:
@@ -133,6 +136,19 @@ def shown(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> Iterator[Sh
             yield Shown(lasting, original, matrix, materials, single, parent or None, thing.data)
 
 
+def lamps(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> list:
+    """The lamps, as objects of the file, that a render shows: by themselves or as instances; each once."""
+    alone = rendered(scene)
+    found = [thing for thing in alone if thing.type == "LIGHT"]
+    alone = set(alone)
+    for instance in depsgraph.object_instances:
+        if instance.is_instance and instance.object.type == "LIGHT":
+            thing = instance.object.original
+            if _is_instance_rendered(thing, instance.parent and instance.parent.original, alone):
+                found.append(thing)
+    return list(dict.fromkeys(found))
+
+
 def _is_instance_rendered(thing, parent, alone):
     if parent not in alone or thing.get(OWNER):
         return False
@@ -184,11 +200,11 @@ def source_of(socket: bpy.types.NodeSocket, path: tuple = ()) -> tuple | None:
 
     None where nothing does: the value is then that of value_of().
     """
-    end = _end_of(socket, path)
+    end = end_of(socket, path)
     return end if end[0].is_output else None
 
 
-def _end_of(socket, path):
+def end_of(socket: bpy.types.NodeSocket, path: tuple = ()) -> tuple:
     """The output that feeds an input in the end, or the unlinked input whose value counts; and its path."""
     while True:
         links = [link for link in socket.links if link.is_valid and not link.is_muted]
@@ -224,7 +240,7 @@ def _named(sockets, other):
 
 def value_of(socket: bpy.types.NodeSocket, path: tuple = ()):
     """The value of an input where no node but Value and RGB nodes decides it, a number or a tuple; else None."""
-    end, _ = _end_of(socket, path)
+    end, _ = end_of(socket, path)
     if end.is_output and end.node.type not in ("VALUE", "RGB"):
         return None
     value = end.default_value

@@ -305,11 +305,29 @@ TEXTS = {
         "Open Shading Language está desactivado, y el script del material lo necesita."
     ),
     "Turn on OSL": "Activar OSL",
-    "Transparent bounces: {bounces}. Each bend backwards is one, and after the last the path is black.": (
-        "Rebotes de transparencia: {bounces}. Cada refracción hacia atrás cuenta como uno, y tras el último la "
+    "Transparent bounces: {worst}. Each bend backwards is one, and after the last the path is black.": (
+        "Rebotes de transparencia: {worst}. Cada refracción hacia atrás cuenta como uno, y tras el último la "
         "trayectoria queda negra."
     ),
     "Raise them": "Aumentarlos",
+    "Light bounces: {worst}. Each reflection and each bend forwards is one, and after the last the path is black.": (
+        "Rebotes de luz: {worst}. Cada reflexión y cada refracción hacia delante cuenta como uno, y tras el último la "
+        "trayectoria queda negra."
+    ),
+    "Diffuse bounces: 0. Light that has passed an interface is then missing on matt surfaces.": (
+        "Rebotes difusos: 0. En las superficies mates falta entonces la luz que ha atravesado una interfaz."
+    ),
+    "Caustics are off: light that was mirrored or bent at an interface is missing on matt surfaces.": (
+        "Las cáusticas están desactivadas: en las superficies mates falta la luz reflejada o refractada en una interfaz."
+    ),
+    "Turn on caustics": "Activar las cáusticas",
+    "Fast GI Approximation ends paths early, and makes up what they would have met.": (
+        "La aproximación rápida de iluminación global acaba antes las trayectorias e inventa lo que encontrarían."
+    ),
+    "Turn it off": "Desactivarlo",
+    "Adaptive Sampling stops where it has met no light yet: a small light through an interface is missing.": (
+        "El muestreo adaptativo se detiene donde aún no ha encontrado luz: falta una luz pequeña tras una interfaz."
+    ),
     "Clamping dims what is mirrored but not what is bent backwards: their balance is wrong.": (
         "La limitación atenúa lo reflejado pero no lo refractado hacia atrás: su proporción es incorrecta."
     ),
@@ -326,6 +344,68 @@ TEXTS = {
         "La luz {name} no tiene tamaño: nunca se ve a través de la interfaz ni la atraviesa con su luz."
     ),
     "Give it a size": "Darle un tamaño",
+    "Multiple Importance of the light {name} is off: it casts no light through an interface.": (
+        "La importancia múltiple de la luz {name} está desactivada: no envía luz a través de una interfaz."
+    ),
+    "Turn it on": "Activarla",
+    "The light {name} casts no shadows: it passes straight through an interface, and bent once more.": (
+        "La luz {name} no proyecta sombras: atraviesa la interfaz en línea recta, y otra vez desviada."
+    ),
+    "Let it cast shadows": "Dejarla proyectar sombras",
+    "Shadow linking lets the light {name} straight through {passed}, and bent once more.": (
+        "El enlazado de sombras deja pasar la luz {name} en línea recta por {passed}, y otra vez desviada."
+    ),
+    "{name} is invisible to shadow rays: light passes straight through it, and bent once more.": (
+        "{name} es invisible para los rayos de sombra: la luz lo atraviesa en línea recta, y otra vez desviada."
+    ),
+    "{name} is invisible to diffuse rays: light that it sends to matt surfaces is wrong.": (
+        "{name} es invisible para los rayos difusos: la luz que envía a superficies mates es incorrecta."
+    ),
+    "{name} is invisible to glossy rays: it is missing in mirrors and in its own reflections.": (
+        "{name} es invisible para los rayos reflejados: falta en los espejos y en sus propios reflejos."
+    ),
+    "{name} is invisible to transmission rays: behind glass or water it is missing.": (
+        "{name} es invisible para los rayos de transmisión: falta detrás de vidrio o agua."
+    ),
+    "Make it visible": "Hacerlo visible",
+    "Shadow Caustics do not know light that bends backwards: the light that {name} casts is missing.": (
+        "Las cáusticas de sombra no conocen la luz que se desvía hacia atrás: falta la luz que proyecta {name}."
+    ),
+    "Turn them off for it": "Desactivarlas para él",
+    "The world is invisible to rays that an interface mirrors or bends: they meet black.": (
+        "El entorno es invisible para los rayos que una interfaz refleja o desvía: encuentran negro."
+    ),
+    "View layer {layer} puts {material} in the place of all materials: no interface is rendered.": (
+        "La capa de visualización {layer} pone {material} en lugar de todos los materiales: no se procesa interfaz alguna."
+    ),
+    "Take the override away": "Quitar el material sustituto",
+    "View layer {layer} renders {samples} samples, not the {all} of the scene.": (
+        "La capa de visualización {layer} procesa {samples} muestras, no las {all} de la escena."
+    ),
+    "Use the scene's": "Usar las de la escena",
+    "{material} is transparent to shadow rays: light passes straight through it, and bent once more.": (
+        "{material} es transparente para los rayos de sombra: la luz lo atraviesa en línea recta, y otra vez desviada."
+    ),
+    "{material}: {socket} is {value}, which refracts nothing.": (
+        "{material}: {socket} es {value}, que no refracta nada."
+    ),
+    "{material}: {socket} is {value} on frame {frame}, which refracts nothing.": (
+        "{material}: {socket} es {value} en el fotograma {frame}, que no refracta nada."
+    ),
+    "{material}: {socket} is {value}, which is out of range.": "{material}: {socket} es {value}, fuera de rango.",
+    "{material}: {socket} is {value} on frame {frame}, which is out of range.": (
+        "{material}: {socket} es {value} en el fotograma {frame}, fuera de rango."
+    ),
+    "{material}: {socket} passes through 0 before frame {frame}, where nothing is refracted.": (
+        "{material}: {socket} pasa por 0 antes del fotograma {frame}, donde nada se refracta."
+    ),
+    "{material}: the tint is {value}, but an interface passes between 0 and 1 of the light.": (
+        "{material}: el tinte es {value}, pero una interfaz deja pasar entre 0 y 1 de la luz."
+    ),
+    "{material}: on frame {frame} the tint is {value}, but it lies between 0 and 1.": (
+        "{material}: en el fotograma {frame} el tinte es {value}, pero está entre 0 y 1."
+    ),
+    "Bring it into range": "Llevarlo al rango",
     "The normals of {name} point inwards, so that inside and outside are exchanged.": (
         "Las normales de {name} apuntan hacia dentro: el interior y el exterior están intercambiados."
     ),

@@ -53,9 +53,8 @@ def found(scene, material=None):
     if known is None:
         return []
     backends = known.backends if material is None else checks.backends([material])
-    if not backends:
-        return []
-    those = checks.setting_problems(scene, backends) + known.problems
+    those = checks.setting_problems(scene, backends) if backends else []
+    those += known.problems if material is None or backends else []
     return [one for one in those if material is None or one.materials is None or material.name in one.materials]
 
 
@@ -162,7 +161,7 @@ class NIM_PT_checks(bpy.types.Panel):
         if known is None:
             layout.label(text="Looking...", icon="VIEWZOOM")
             return
-        if not known.backends:
+        if not known.backends and not those:
             layout.label(text="No interface in this scene yet", icon="INFO")
         elif not those and not known.unmeasured:
             layout.label(text="Nothing to mend", icon="CHECKMARK")

@@ -37,7 +37,7 @@ def wrong_engine(scene):
 
 
 def few_bounces(scene):
-    scene.cycles.transparent_max_bounces = checks.TRANSPARENT_BOUNCES - 1
+    scene.cycles.transparent_max_bounces = settings.FEWEST - 1
 
 
 def clamped(scene):

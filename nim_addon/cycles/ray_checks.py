@@ -1,0 +1,206 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What keeps rays from an interface, or lets them pass beside it: lamps, visibility, overrides of the view layer."""
+
+from __future__ import annotations
+
+import bpy
+
+from .caustics import MULTIPLE
+from .material import asked_interfaces
+from .problem import LINKED, Problem, about, own_data, own_things
+from .sight import Sight
+from .visibility import asked, rendered
+
+# What a light of no size is given: a small bulb (metres), and the sun as it is seen from the earth (radians).
+RADIUS, SUN = 0.1, 0.00918
+# Rays that an object may be invisible to, and what that does to the picture of an interface.
+RAYS = {
+    "visible_shadow": "{name} is invisible to shadow rays: light passes straight through it, and bent once more.",
+    "visible_diffuse": "{name} is invisible to diffuse rays: light that it sends to matt surfaces is wrong.",
+    "visible_glossy": "{name} is invisible to glossy rays: it is missing in mirrors and in its own reflections.",
+    "visible_transmission": "{name} is invisible to transmission rays: behind glass or water it is missing.",
+}
+
+
+def lamps(sight: Sight) -> list[Problem]:
+    """The Problems of lamps: what comes through an interface is found by chance, or by light tracing."""
+    found = []
+    for thing in sight.lamps:
+        light = thing.data
+        if _sizeless(light):
+            text = "The light {name} has no size: it is never seen through the interface and casts no light through it."
+            found.append(about(thing, "zero_light", text, "Give it a size"))
+        # a bake takes its lamps' light through interfaces for itself
+        if not light.cycles.use_multiple_importance_sampling and light.get(MULTIPLE) is None:
+            text = "Multiple Importance of the light {name} is off: it casts no light through an interface."
+            found.append(about(thing, "light_by_chance", text, "Turn it on"))
+        if not light.use_shadow:
+            text = "The light {name} casts no shadows: it passes straight through an interface, and bent once more."
+            found.append(about(thing, "light_shadow", text, "Let it cast shadows"))
+        elif passed := [name for name in _names(sight) if not _blocks(thing, name)]:
+            text = "Shadow linking lets the light {name} straight through {passed}, and bent once more."
+            found.append(about(thing, "shadow_linking", text, None, passed=", ".join(passed)))
+    return found
+
+
+def objects(sight: Sight) -> list[Problem]:
+    """The Problems of rays that objects with an interface are invisible to, and of Shadow Caustics on them."""
+    found = []
+    for one, materials in sight.wearers().items():
+        names = tuple(sorted(material.name for material in materials))
+        for thing in dict.fromkeys((one.original, one.parent or one.original)):
+            for ray, text in RAYS.items():
+                if not getattr(thing, ray):
+                    found.append(about(thing, "ray_visibility", text, "Make it visible", names, owner=thing))
+        if one.original.cycles.is_caustics_caster and _has_shadow_caustics(sight):
+            text = "Shadow Caustics do not know light that bends backwards: the light that {name} casts is missing."
+            owner = one.original
+            found.append(about(owner, "shadow_caustics", text, "Turn them off for it", names, owner=owner))
+    return found
+
+
+def world(sight: Sight) -> list[Problem]:
+    """The Problem of a world that some of the rays from an interface do not see."""
+    seen = getattr(sight.scene.world, "cycles_visibility", None)
+    if seen is None or (seen.camera and seen.glossy and seen.transmission):
+        return []
+    text = "The world is invisible to rays that an interface mirrors or bends: they meet black."
+    return [_of_world(sight.scene, text)]
+
+
+def _of_world(scene, text):
+    if scene.world.library:
+        return Problem("world_visibility", (text, LINKED), {}, None)
+    return Problem("world_visibility", (text,), {}, "Make it visible")
+
+
+def layers(sight: Sight) -> list[Problem]:
+    """The Problems of what view layers override."""
+    found = []
+    for layer in sight.scene.view_layers:
+        override, values = layer.material_override, {"layer": layer.name}
+        if not layer.use:
+            continue
+        if override and not asked_interfaces(override):
+            values = {**values, "material": override.name}
+            text = "View layer {layer} puts {material} in the place of all materials: no interface is rendered."
+            found.append(Problem("layer_material", (text,), values, "Take the override away"))
+        samples = layer.samples if sight.scene.cycles.use_layer_samples != "IGNORE" else 0
+        if 0 < samples < sight.scene.cycles.samples:
+            values = {**values, "samples": samples, "all": sight.scene.cycles.samples}
+            text = "View layer {layer} renders {samples} samples, not the {all} of the scene."
+            found.append(Problem("layer_samples", (text,), values, "Use the scene's"))
+    return found
+
+
+def shadow_tricks(sight: Sight) -> list[Problem]:
+    """The Problems of interface materials that become transparent to shadow rays."""
+    found = []
+    for material in sight.worn:
+        nodes = [one.node for one in asked(material)]
+        told = any(node.type == "LIGHT_PATH" and node.outputs["Is Shadow Ray"].is_linked for node in nodes)
+        if told and any(node.type == "BSDF_TRANSPARENT" for node in nodes):
+            text = "{material} is transparent to shadow rays: light passes straight through it, and bent once more."
+            found.append(
+                Problem("shadow_trick", (text,), {"material": material.name}, None, materials=(material.name,))
+            )
+    return found
+
+
+def overridden(scene: bpy.types.Scene) -> bool:
+    """Whether an interface of the scene is not rendered because a view layer overrides all materials."""
+    if not any(layer.material_override and layer.use for layer in scene.view_layers):
+        return False
+    return any(asked_interfaces(slot.material) for thing in rendered(scene) for slot in thing.material_slots)
+
+
+def _sizeless(light):
+    if light.type == "SUN":
+        return light.angle == 0
+    if light.type == "AREA":
+        return light.size == 0 or (light.shape in ("RECTANGLE", "ELLIPSE") and light.size_y == 0)
+    return light.shadow_soft_size == 0
+
+
+def _names(sight):
+    return list(dict.fromkeys(one.original.name for one in sight.wearers()))
+
+
+def _blocks(lamp, name):
+    """Whether shadow linking lets the object of that name cast a shadow in the light of `lamp`."""
+    linking = getattr(lamp, "light_linking", None)
+    held = linking and linking.blocker_collection
+    if not held:
+        return True
+    states = {}
+    for entry, child in zip(held.collection_children, held.children, strict=True):
+        states.update({thing.name: entry.light_linking.link_state for thing in child.all_objects})
+    for entry, thing in zip(held.collection_objects, held.objects, strict=True):
+        states[thing.name] = entry.light_linking.link_state
+    if name in states:
+        return states[name] == "INCLUDE"
+    return "INCLUDE" not in states.values()
+
+
+def _has_shadow_caustics(sight):
+    lit = any(thing.data.cycles.is_caustics_light for thing in sight.lamps)
+    sky = sight.scene.world
+    lit = lit or bool(sky and sky.cycles.is_caustics_light)
+    return lit and any(one.original.cycles.is_caustics_receiver for one in sight.shown)
+
+
+def _give_size(scene, problem):
+    for light in own_data(problem):
+        if light.type == "SUN":
+            light.angle = SUN
+        elif light.type == "AREA":
+            light.size, light.size_y = light.size or RADIUS, light.size_y or RADIUS
+        else:
+            light.shadow_soft_size = RADIUS
+
+
+def _find_by_chance(scene, problem):
+    for light in own_data(problem):
+        light.cycles.use_multiple_importance_sampling = True
+
+
+def _cast_shadows(scene, problem):
+    for light in own_data(problem):
+        light.use_shadow = True
+
+
+def _show(scene, problem):
+    for thing in own_things(problem):
+        for ray in RAYS:
+            setattr(thing, ray, True)
+
+
+def _cast_no_caustics(scene, problem):
+    for thing in own_things(problem):
+        thing.cycles.is_caustics_caster = False
+
+
+def _show_world(scene, problem):
+    seen = scene.world.cycles_visibility
+    seen.camera = seen.glossy = seen.transmission = True
+
+
+def _override_nothing(scene, problem):
+    scene.view_layers[problem.values["layer"]].material_override = None
+
+
+def _use_samples_of_scene(scene, problem):
+    scene.view_layers[problem.values["layer"]].samples = 0
+
+
+CHECKS = (layers, lamps, objects, world, shadow_tricks)
+MENDS = {
+    "zero_light": _give_size,
+    "light_by_chance": _find_by_chance,
+    "light_shadow": _cast_shadows,
+    "ray_visibility": _show,
+    "shadow_caustics": _cast_no_caustics,
+    "world_visibility": _show_world,
+    "layer_material": _override_nothing,
+    "layer_samples": _use_samples_of_scene,
+}

@@ -128,7 +128,9 @@ class Tracer:
         Returns it, or None for one without faces, whether it bends light, and its _box().
         """
         matrix = one.matrix.copy()  # which can be decomposed, as a frozen one cannot
-        mesh = bpy.data.meshes.new_from_object(one.object, preserve_all_data_layers=True, depsgraph=depsgraph)
+        # all layers of the mesh that a surface or a text becomes: Blender 4.2 falls over them
+        layers = one.original.type == "MESH"
+        mesh = bpy.data.meshes.new_from_object(one.object, preserve_all_data_layers=layers, depsgraph=depsgraph)
         if not mesh.polygons:
             return None, False, None
         if not _is_plain(matrix):

@@ -63,7 +63,13 @@ def furnace(medium, *, bump=False, inside=False, backend="osl"):
     else:
         stage.camera((0, -3, 0), (0, 0, 0), 45)  # the rim is in the picture, and some of what is behind
     # at 16 samples, four lost paths, which one processor in some has, are more than is allowed
-    return small(stage.scene, 48, 64)
+    scene = small(stage.scene, 48, 64)
+    if bump:
+        # The Bump node takes its heights a part of a pixel apart, its Filter Width, and before 4.5 a whole one. Where that
+        # is not small beside the bumps its normals are of no surface, and total reflection on them traps paths for good:
+        # 8 % of the light in 4.2, and in 5.2 with a Filter Width of 1. So the pixels are small where bumps are.
+        small(scene, 96, 16) if "Filter Width" in bumps.inputs else small(scene, 512, 1)
+    return scene
 
 
 # The node group
@@ -192,7 +198,8 @@ bpy.ops.render.render(write_still=True)
 
     pixels = oiio.ImageBuf(str(picture)).get_pixels(oiio.FLOAT)[..., :3]
     assert pixels[..., [0, 2]].mean() == pytest.approx(1, abs=1e-3)
-    assert 0.01 < pixels[24, 24, 1] < 0.6, "the tint of the file's own node is in the picture"
+    middle = pixels.shape[0] // 2
+    assert 0.01 < pixels[middle - 8 : middle + 8, middle - 8 : middle + 8, 1].mean() < 0.6, "the tint of the file's own node is in the picture"
 
 
 # The two backends
@@ -306,7 +313,7 @@ def test_between_dielectrics_the_nodes_are_blenders_glass(inside, outside, empty
 def test_white_furnace(n, mu, bump, inside, backend, empty_file, render):
     picture = render(furnace(Medium(n, mu), bump=bump, inside=inside, backend=backend))
     assert picture.max() < 1 + 1e-4
-    # A sample is lost whole or not at all, a speck 1/64 darker than its surroundings. One in 10,000 is allowed: 1 in
+    # A sample is lost whole or not at all, a speck darker than its surroundings. One in 10,000 is allowed: 1 in
     # 70,000 gets lost at the rim of a smooth NIM. A normal that faces away from the viewer, at the rim or on a bump,
     # loses thirteen times as many as that if the shader does not see to it.
     lost = 1 - picture.astype(float).mean()

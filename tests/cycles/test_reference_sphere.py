@@ -62,10 +62,13 @@ def reference_scene(n, lit):
     scene.cycles.pixel_filter_type = "BOX"
     scene.cycles.filter_width = 1.0
     # samples 1 to SAMPLES of a longer sequence: without sample 0, which is not drawn but put at the centre
-    scene.cycles.samples = 4 * SAMPLES
-    scene.cycles.use_sample_subset = True
     scene.cycles.sample_offset = 1
-    scene.cycles.sample_subset_length = SAMPLES
+    if hasattr(scene.cycles, "use_sample_subset"):
+        scene.cycles.samples = 4 * SAMPLES
+        scene.cycles.use_sample_subset = True
+        scene.cycles.sample_subset_length = SAMPLES
+    else:  # before 4.5 the offset alone makes a subset
+        scene.cycles.samples = SAMPLES
     return scene
 
 

@@ -1,14 +1,23 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where the command starts: `nimray ...` and `python -m nim_addon ...`."""
 
+import os
+import signal
 import sys
 
-from . import stopping
+
+def _end(number, _):
+    os.write(2, b"nimray: stopped.\n")
+    os._exit(128 + number)
 
 
 def script():
     """Run the command and end the process; where numpy is missing, without which there is nothing to run, say so."""
-    stopping.at_once()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, _end)  # until there is more to it
+    from . import stopping
+
+    stopping.watch()
     try:
         from . import cli
     except ModuleNotFoundError as error:

@@ -70,9 +70,17 @@ def main(argv=None):
     except UsageError as error:
         return _complain(error, USAGE)
     except (Failure, OSError, RuntimeError) as error:
-        return _complain(error, FAILURE)
-    except KeyboardInterrupt as stop:
-        return _complain("stopped.", 128 + (stop.args[0] if stop.args else signal.SIGINT))
+        return _complain(_sentence(error), FAILURE)
+    except KeyboardInterrupt:  # where watch() has not been called
+        return _complain("stopped.", 128 + signal.SIGINT)
+
+
+def _sentence(error):
+    """The text of an error, also of one that the system or Blender raised: without numbers and brackets."""
+    if isinstance(error, OSError) and error.errno:
+        where = f"{error.filename}: " if error.filename else ""
+        return f"{where}{error.strerror}."
+    return " ".join(str(error).removeprefix("Error: ").split())
 
 
 def _complain(error, code):
@@ -85,9 +93,7 @@ def script():
     code = main()
     sys.stdout.flush()
     sys.stderr.flush()
-    if "bpy" in sys.modules:
-        os._exit(code)
-    sys.exit(code)
+    stopping.leave(code)
 
 
 # ------------------------------------------------------------------------------------------------ what a person writes
@@ -323,12 +329,12 @@ def _render_options(one):
 def _bpy():
     """Blender as a module, of a version that can render a NIM; Failure says what to do about it otherwise."""
     try:
-        import bpy
+        with stopping.importing():
+            import bpy
     except ImportError as error:
         raise Failure(
             f"Blender is not installed as a Python module ({error}); run: python -m pip install bpy"
         ) from None
-    stopping.clear_away()
     if bpy.app.version < OLDEST_BLENDER:
         oldest = ".".join(map(str, OLDEST_BLENDER[:2]))
         raise Failure(
@@ -452,6 +458,7 @@ def _make(arguments, kind, parameters, record, name, output):
 
     A frame of a sequence that is there already, made of the same, is left as it is.
     """
+    from .base.files import writable_folder
     from .cycles import caustics, material, render
 
     backend = material.resolve(arguments.backend or record.get("backend", "auto"))
@@ -474,7 +481,7 @@ def _make(arguments, kind, parameters, record, name, output):
             caustics.Bake(scene)
         except ValueError as error:
             raise UsageError(f"--caustics traced: {error}") from None
-    folder = render.writable_folder(arguments.out)
+    folder = writable_folder(arguments.out)
 
     own = record.get("size", (scene.render.resolution_x, scene.render.resolution_y))
     width, height = arguments.size(own) if arguments.size else own
@@ -816,7 +823,6 @@ def _print_figure(record, arguments):
 def _rays(arguments):
     from .figures.diagrams import diagram
 
-    stopping.clear_away()
     file = arguments.out or f"{arguments.scene}.svg"
     try:
         print(diagram(arguments.scene, arguments.n, arguments.mu, arguments.beam, file))

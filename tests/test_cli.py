@@ -31,9 +31,11 @@ build = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(build)
 
 
-def nimray(*words, where=None, instead=None, **more):
-    """Run the command; `instead` is a folder of modules that stand in for installed ones."""
+def nimray(*words, where=None, instead=None, temporary=None, **more):
+    """Run the command; `instead` is a folder of modules that stand in for installed ones, `temporary` that of the system."""
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(map(str, filter(None, (instead, ROOT))))}
+    if temporary:
+        environment["TMPDIR"] = str(temporary)
     return subprocess.run(
         [sys.executable, "-m", "nim_addon", *map(str, words)],
         capture_output=True,
@@ -137,7 +139,7 @@ def test_ctrl_c_or_a_kill_stops_at_once_and_leaves_nothing(how, tmp_path):
     out, err = run.communicate(timeout=20)
     assert run.returncode == 128 + how
     assert out == ""
-    assert err.strip() == "Stopped; no half file is left."
+    assert err == "nimray: stopped.\n"
     assert not list(tmp_path.iterdir())
 
 
@@ -182,6 +184,45 @@ sys.meta_path.insert(0, Late())
     done = nimray(*command.split(), where=work, instead=tmp_path)
     assert (done.returncode, done.stdout, done.stderr) == (128 + how, "", "nimray: stopped.\n")
     assert not list((work / where).rglob("*"))
+
+
+@pytest.mark.parametrize(
+    ("command", "module", "how"),
+    (
+        ("scenes", None, 0),
+        ("scenes", "nim_addon.scenes", signal.SIGHUP),
+        ("verify", "nim_addon.cycles.verify", signal.SIGINT),
+    ),
+)
+def test_nothing_stays_in_the_temporary_folder(command, module, how, tmp_path):
+    """Blender makes a folder there, which it takes away only where it ends by itself."""
+    (tmp_path / "tmp").mkdir()
+    if module:
+        (tmp_path / "sitecustomize.py").write_text(f"""
+import os, sys, time
+class Late:
+    def find_spec(self, name, path, target=None):
+        if name == {module!r}:
+            os.kill(os.getpid(), {how:d})
+            time.sleep(20)
+sys.meta_path.insert(0, Late())
+""")
+    done = nimray(command, where=tmp_path, instead=tmp_path, temporary=tmp_path / "tmp")
+    assert done.returncode == (128 + how if how else 0)
+    assert not list((tmp_path / "tmp").iterdir())
+
+
+def test_a_signal_after_the_work_is_done_is_none(tmp_path):
+    """What Python takes down at its end runs without handlers: Ctrl-C then ended `rays` with -2."""
+    (tmp_path / "sitecustomize.py").write_text("""
+import os, signal, sys
+class Last:
+    def __del__(self, kill=os.kill, pid=os.getpid(), number=signal.SIGINT):
+        kill(pid, number)
+sys.last = Last()
+""")
+    done = nimray("rays", "slab", "--out", tmp_path / "slab.svg", where=tmp_path, instead=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 REFUSED = [

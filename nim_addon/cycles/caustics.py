@@ -8,7 +8,6 @@ interfaces, is then left out of the path tracing, so that nothing is counted twi
 import hashlib
 import json
 import math
-import os
 import time
 import zipfile
 from pathlib import Path
@@ -17,12 +16,13 @@ import bpy
 import mathutils
 import numpy as np
 
+from ..base.files import whole
+from ..stopping import interruptible
 from . import charts, lights
 from .density import LEVELS, Density, layout
 from .material import asked_interfaces
 from .nodes import Nodes, empty_tree
 from .photons import ATTRIBUTE, Landed, Tracer, interfaces_of, lands, mirrors_of, set_materials
-from .render import interruptible
 from .visibility import HIDDEN, OWNER, counting, has_nodes, rendered
 
 DIGEST = "nim_caustics_of"  # of the collection: digest() of the scene that was traced
@@ -149,10 +149,12 @@ class Bake:
     def save(self, file):
         """Keep the state in a file (path), whole or not at all, for load()."""
         state = {"done": self.done, "mark": self._mark(), **self.density.state()}
-        part = Path(f"{file}.part")
-        with part.open("wb") as stream:
-            np.savez(stream, **state)
-        os.replace(part, file)
+
+        def write(part):
+            with part.open("wb") as stream:
+                np.savez(stream, **state)
+
+        whole(file, write)
 
     def load(self, file):
         """Go on from a file that save() made of the same bake; returns whether there was one. Another's is left alone."""
@@ -201,12 +203,13 @@ def bake(scene, light=None, *, progress=None, file=None, **options):
 
     scene, light, options: as for Bake; progress: called with (rounds done, rounds in all)
     file: None, or a path to keep the state in now and then: a bake that was killed goes on from there; gone at the end
-    Raises as Bake does, and OSError where there is no folder for the file.
+    Raises as Bake does, and OSError where there is no folder for the file, or a folder of its name.
     """
     if file and not Path(file).parent.is_dir():
         raise OSError(f"there is no folder {Path(file).parent} to keep the bake in; make it, or name another.")
-    part = Path(f"{file}.part")
-    with Bake(scene, light, **options) as one, interruptible(lambda: part.unlink(missing_ok=True)):
+    if file and Path(file).is_dir():
+        raise OSError(f"{file} is a folder, where the bake would be kept; move it away, or name another file.")
+    with Bake(scene, light, **options) as one, interruptible():
         if file:
             one.load(file)
         if progress:

@@ -3,7 +3,8 @@
 
 import numpy as np
 
-from .render import files_to, image_of, write_with_metadata
+from ..base.files import files_to
+from .render import image_of, write_with_metadata
 
 
 def montage(folder, name, images, metadata):
@@ -15,7 +16,7 @@ def montage(folder, name, images, metadata):
     """
     import OpenImageIO as oiio
 
-    with files_to(folder, name) as (part, finish):
+    with files_to(folder, name, [".exr", ".png"]) as (part, finish):
         ready = []
         for files in zip(*images, strict=True):
             pictures = [image_of(file) for file in files]

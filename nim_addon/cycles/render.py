@@ -2,20 +2,17 @@
 """A headless render: linear EXR and display PNG that carry what made them, never half written."""
 
 import contextlib
-import errno
 import json
 import os
 import re
-import shutil
-import signal
-import socket
 import sys
 import tempfile
-import threading
 from pathlib import Path
 
 import bpy
 import numpy as np
+
+from ..base.files import files_to, is_full, temporary
 
 # The attribute of our images that holds, as JSON, everything that made them.
 ATTRIBUTE = "nimray"
@@ -25,7 +22,9 @@ ATTRIBUTE = "nimray"
 def quiet(descriptor=1):
     """Keep what a library prints on standard output (1) or error (2) away from ours; yields a function to read it."""
     sys.stdout.flush()
-    with tempfile.TemporaryFile() as log:
+    # in memory, where that can be: the folder for temporary files may be full
+    memory = hasattr(os, "memfd_create")
+    with os.fdopen(os.memfd_create("log"), "w+b") if memory else tempfile.TemporaryFile() as log:
         kept = os.dup(descriptor)
         os.dup2(log.fileno(), descriptor)
         try:
@@ -33,39 +32,6 @@ def quiet(descriptor=1):
         finally:
             os.dup2(kept, descriptor)
             os.close(kept)
-
-
-@contextlib.contextmanager
-def interruptible(clean_up):
-    """Let Ctrl-C or a kill end the process at once: while Cycles renders, Python's own handler would wait for its end."""
-    if threading.current_thread() is not threading.main_thread() or not bpy.app.background:
-        yield
-        return
-    ours, theirs = socket.socketpair()
-    theirs.setblocking(False)
-    handlers = {number: signal.signal(number, lambda *_: None) for number in (signal.SIGINT, signal.SIGTERM)}
-    wakeup = signal.set_wakeup_fd(theirs.fileno(), warn_on_full_buffer=False)
-
-    def watch():
-        for number in iter(lambda: ours.recv(1), b""):
-            if number[0] in handlers:
-                clean_up()
-                with contextlib.suppress(OSError):  # nobody listens any more
-                    os.write(2, b"\nStopped; no half file is left.\n")
-                os._exit(128 + number[0])
-
-    watcher = threading.Thread(target=watch, daemon=True)
-    watcher.start()
-    try:
-        yield
-    finally:
-        signal.set_wakeup_fd(wakeup)
-        for number, handler in handlers.items():
-            # None: a handler of Blender's own, in C, which Python cannot put back
-            signal.signal(number, signal.SIG_DFL if handler is None else handler)
-        theirs.close()  # the watcher reads the end of the stream and ends
-        watcher.join()
-        ours.close()
 
 
 @contextlib.contextmanager
@@ -90,75 +56,70 @@ def _reporting(progress):
             handlers.remove(report)
 
 
-def writable_folder(folder):
-    """Make `folder` (a path) if it is missing and return it as a Path; OSError, one sentence, if it cannot be written."""
-    if not str(folder):  # which Path takes for the working directory
-        raise OSError("the name of the folder to write into is empty; name a folder, or . for this one.")
-    folder = Path(folder).expanduser()
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
-    except OSError as error:
-        raise OSError(f"cannot write into {folder}: {error.strerror or error}; name another folder.") from None
-    return folder
-
-
 def render(scene, folder, name, *, metadata=None, progress=None, blend=False):
     """Render a bpy.types.Scene as it is set up and write NAME.exr (linear, 32-bit) and NAME.png (as displayed).
 
     Where the scene is denoised and its first view layer stores the denoising passes, the EXR keeps the noise.
 
-
     folder:   where to; made if missing
     metadata: JSON-ready dict that both images carry, for read_metadata()
     progress: called with (samples done, samples in all, seconds left or None)
     blend:    also save NAME.blend there
-    Returns the paths (exr, png). They appear whole or not at all. Raises OSError if the folder cannot be written,
-    RuntimeError if Blender did not render.
+    Returns the paths (exr, png). They, and the .blend, appear whole or not at all. Raises, before it renders, ValueError
+    for a name that no file can have and metadata that the images cannot carry; OSError if the folder cannot be written,
+    RuntimeError if Blender did not render; each in one sentence.
     """
-    with files_to(folder, name) as (part, finish):
+    _check_scene(scene)
+    with files_to(folder, name, [".exr", ".png", *([".blend"] if blend else [])]) as (part, finish):
+        _check_metadata(metadata or {}, part)
         shown, linear = part / "shown.png", part / "linear.exr"
         _render(scene, linear, shown, progress)
-        if blend:
-            with quiet():
-                bpy.ops.wm.save_as_mainfile(filepath=str(part / "scene.blend"), compress=True, copy=True)
-        ready = []
-        for source in (linear, shown):
-            ready.append(part / f"ready{source.suffix}")
-            write_with_metadata(image_of(source), ready[-1], metadata or {})
-        return finish(*ready, *([part / "scene.blend"] if blend else []))[:2]
+        ready = [_save_blend(scene, part / "ready.blend")] if blend else []
+        for source in (shown, linear):
+            ready.insert(0, part / f"ready{source.suffix}")
+            write_with_metadata(_read(source), ready[0], metadata or {})
+        return finish(*ready)[:2]
 
 
-@contextlib.contextmanager
-def files_to(folder, name):
-    """Files that appear in `folder` whole or not at all.
+def _check_scene(scene):
+    """Raise RuntimeError, one sentence, for a scene that gives no picture, or two."""
+    if scene.camera is None:
+        raise RuntimeError(f"the scene {scene.name!r} has no camera; add one, and make it the scene's.")
+    if scene.render.use_multiview:
+        raise RuntimeError(
+            f"the scene {scene.name!r} renders two pictures, one for each eye; switch off Stereoscopy in its Output."
+        )
 
-    Yields a folder to write parts into, which goes at the end, and finish(*files): gives the name NAME.suffix in
-    `folder` to each of those files, and returns their paths.
-    """
-    folder = writable_folder(folder)
-    # beside the result, so that the last step is a rename
-    part = Path(tempfile.mkdtemp(prefix=f".{name}.", suffix=".part", dir=folder))
 
-    def finish(*files):
-        targets = [folder / f"{name}{file.suffix}" for file in files]
-        for file, target in zip(files, targets, strict=True):
-            os.replace(file, target)
-        return targets
+def _check_metadata(metadata, part):
+    """Raise ValueError, one sentence, where an image, of which two are tried in the folder `part`, cannot carry them."""
+    import OpenImageIO as oiio
 
-    with interruptible(lambda: shutil.rmtree(part, ignore_errors=True)):
-        try:
-            yield part, finish
-        except (OSError, RuntimeError):
-            # of a full disk neither Blender nor OpenImageIO says so
-            if shutil.disk_usage(folder).free < 1 << 16:
-                raise OSError(
-                    f"cannot write into {folder}: {os.strerror(errno.ENOSPC)}; name another folder."
-                ) from None
-            raise
-        finally:
-            shutil.rmtree(part, ignore_errors=True)
+    try:
+        if not isinstance(metadata, dict):
+            raise TypeError("it is no dict")
+        json.dumps(metadata)
+    except (TypeError, ValueError, RecursionError) as error:
+        reason = "it is nested too deep" if isinstance(error, RecursionError) else error
+        raise ValueError(f"metadata cannot be written as JSON ({reason}); give a dict of plain values.") from None
+    for suffix, form in ((".exr", oiio.FLOAT), (".png", oiio.UINT8)):
+        tried = part / f"tried{suffix}"
+        write_with_metadata(oiio.ImageBuf(oiio.ImageSpec(1, 1, 3, form)), tried, metadata)
+        tried.unlink()
+
+
+def _save_blend(scene, file):
+    try:
+        with quiet(), quiet(2):
+            bpy.ops.wm.save_as_mainfile(filepath=str(file), compress=True, copy=True)
+            # which reads it to its end: that it is saved Blender says on a full disk, too
+            with bpy.data.libraries.load(str(file)) as (saved, _):
+                whole = scene.name in saved.scenes
+    except (OSError, RuntimeError):
+        whole = False
+    if not whole:
+        raise _cut_off(file)
+    return file
 
 
 def _render(scene, linear, shown, progress):
@@ -167,18 +128,30 @@ def _render(scene, linear, shown, progress):
         _media(image, "IMAGE")
         image.file_format, image.color_mode, image.color_depth = "PNG", "RGB", "8"
         # the operator's result stays in memory; both files are made from it
-        state = bpy.ops.render.render(scene=scene.name)
+        try:
+            state = bpy.ops.render.render(scene=scene.name)
+        except RuntimeError as error:
+            reason = " ".join(str(error).removeprefix("Error: ").split()).rstrip(".")
+            raise RuntimeError(f"Blender did not render: {reason}.") from None
         result = bpy.data.images["Render Result"]
         if "FINISHED" in state:
-            result.save_render(str(shown), scene=scene)
+            _save(result, shown, scene)
             image.file_format, image.color_mode, image.color_depth = "OPEN_EXR", "RGB", "32"
-            result.save_render(str(linear), scene=scene)
+            _save(result, linear, scene)
             if scene.cycles.use_denoising and scene.view_layers[0].cycles.denoising_store_passes:
                 _keep_noise(scene, result, linear)
             image.file_format = "PNG"
         if not (linear.is_file() and shown.is_file()):
             lines = [line for line in chatter().splitlines() if line.strip() and not line.startswith("Fra:")]
-            raise RuntimeError(f"Blender did not render: {' '.join(lines[-2:]) or 'it gave no reason'}")
+            raise RuntimeError(f"Blender did not render: {' '.join(lines[-2:]).rstrip('.') or 'it gave no reason'}.")
+
+
+def _save(result, path, scene):
+    try:
+        with quiet(2):
+            result.save_render(str(path), scene=scene)
+    except RuntimeError:
+        raise _cut_off(path) from None
 
 
 def _media(image, kind):
@@ -196,22 +169,23 @@ def _keep_noise(scene, result, linear):
     image.file_format, image.color_depth = "OPEN_EXR_MULTILAYER", "32"
     if hasattr(image, "use_exr_interleave"):  # from 5.0, else the passes are parts of the file of their own
         image.use_exr_interleave = True
-    result.save_render(str(layers), scene=scene)
+    _save(result, layers, scene)
     _media(image, "IMAGE")
     noisy = tuple(f"{scene.view_layers[0].name}.Noisy Image.{channel}" for channel in "RGB")
-    picture = oiio.ImageBufAlgo.channels(image_of(layers), noisy, newchannelnames=tuple("RGB"))
+    picture = oiio.ImageBufAlgo.channels(_read(layers), noisy, newchannelnames=tuple("RGB"))
     if picture.has_error or not picture.write(str(linear)):
-        raise RuntimeError(f"Blender kept no image without denoising: {picture.geterror()}")
+        raise RuntimeError(f"Blender kept no image without denoising: {picture.geterror()}.")
 
 
 def pixels_of(scene):
     """Render a bpy.types.Scene as it is set up; returns linear float64 (height, width, 3), the first row at the bottom."""
     image = scene.render.image_settings
-    with tempfile.TemporaryDirectory() as folder, quiet():
+    with temporary() as folder, quiet():
         _media(image, "IMAGE")
         image.file_format, image.color_mode, image.color_depth = "OPEN_EXR", "RGB", "32"
-        scene.render.filepath = str(Path(folder, "picture.exr"))
+        scene.render.filepath = str(folder / "picture.exr")
         bpy.ops.render.render(write_still=True, scene=scene.name)
+        _read(folder / "picture.exr")
         loaded = bpy.data.images.load(scene.render.filepath)
         loaded.colorspace_settings.name = "Non-Color"
         pixels = np.empty(loaded.size[0] * loaded.size[1] * loaded.channels, np.float32)
@@ -228,12 +202,53 @@ def image_of(path):
     return oiio.ImageBuf(str(path))
 
 
+def _read(path):
+    """The OpenImageIO.ImageBuf of a file that was just written, seen to be whole; OSError, one sentence, where it is not."""
+    with quiet(2):  # OpenEXR complains there by itself
+        image = image_of(path)
+        whole = image.initialized and image.read(force=True)
+    if image.geterror() or not whole:
+        raise _cut_off(path)
+    return image
+
+
+def _cut_off(path):
+    return OSError(f"cannot write the {path.suffix} file whole; see whether the disk is full, or name another folder.")
+
+
 def write_with_metadata(image, target, metadata):
-    """Write an OpenImageIO.ImageBuf to the Path `target`, with the dict that read_metadata() gives back."""
-    image.specmod().attribute(ATTRIBUTE, json.dumps(metadata))
-    image.specmod().attribute("Software", f"nimray {metadata.get('nimray', '')}, Blender {bpy.app.version_string}")
-    if not image.write(str(target)):
-        raise OSError(f"cannot write {target.name}: {image.geterror()}")
+    """Write an OpenImageIO.ImageBuf to the Path `target`, with the dict that read_metadata() gives back.
+
+    Raises OSError, one sentence, where it could not be written whole, ValueError where it cannot carry that dict.
+    """
+    record = json.dumps(metadata)
+    image.specmod().attribute(ATTRIBUTE, record)
+    maker = ascii(metadata.get("nimray", ""))[:99].strip("'")
+    image.specmod().attribute("Software", f"nimray {maker}, Blender {bpy.app.version_string}")
+    with quiet(2):  # OpenEXR complains there by itself
+        written = image.write(str(target))
+    if image.geterror() or not written:
+        raise _cut_off(target)
+    # which says True on a full disk, too, and drops what a PNG is too small for
+    if _record_in(target) != record and not is_full(target.parent):
+        size = f"{len(record) / 1e6:.3g} million letters"
+        raise ValueError(f"metadata of {size} is more than a {target.suffix} can carry; leave some of it out.")
+
+
+def _record_in(path):
+    """The text of the record in an image that was just written; OSError where that is not whole. By and by: it is large."""
+    import OpenImageIO as oiio
+
+    with quiet(2):
+        image = oiio.ImageInput.open(str(path))
+        spec = image and image.spec()
+        step = spec and max(1, (1 << 26) // spec.scanline_bytes())
+        tops = range(0, spec.height, step) if spec else ()
+        parts = [image.read_scanlines(0, 0, top, min(top + step, spec.height), 0, 0, 3) is not None for top in tops]
+        error = image.geterror() if image else oiio.geterror()  # else it is printed
+    if error or not parts or not all(parts):
+        raise _cut_off(path)
+    return spec.get_string_attribute(ATTRIBUTE)
 
 
 def record_of(exr):
@@ -264,7 +279,7 @@ def read_metadata(path):
         raise ValueError(f"{path} is not a whole image: it may be cut off, or not an image at all; render it again.")
     try:
         record = json.loads(image.spec().get_string_attribute(ATTRIBUTE))
-    except ValueError:
+    except (ValueError, RecursionError):
         record = None
     if not isinstance(record, dict):
         raise ValueError(f"{path} was not made by nimray: it carries no record of scene and parameters.")

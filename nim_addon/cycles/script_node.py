@@ -4,10 +4,11 @@
 import contextlib
 import hashlib
 import re
-import tempfile
 from pathlib import Path
 
 import bpy
+
+from ..base.files import temporary
 
 TEXT_NAME = "nim_interface.osl"
 
@@ -26,8 +27,8 @@ def _compile(source):
     """Bytecode of an OSL source, and the md5 that Cycles keys it by. The only caller of the private compiler."""
     import _cycles
 
-    with tempfile.TemporaryDirectory() as folder:
-        osl, oso = Path(folder, TEXT_NAME), Path(folder, "nim_interface.oso")
+    with temporary() as folder:
+        osl, oso = folder / TEXT_NAME, folder / "nim_interface.oso"
         osl.write_text(source, encoding="utf-8")
         if not _cycles.osl_compile(str(osl), str(oso)):
             raise RuntimeError("this Blender's OSL compiler refused nim_interface.osl; the console says where.")

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
+from ..base.files import whole
 from ..physics import Interface, Medium, povray_reflectance
 from .claims import Claim
-from .drawing import BLUE, GREEN, GREY, INK, ORANGE, look, number, save, sheet, whole
+from .drawing import BLUE, GREEN, GREY, INK, ORANGE, look, number, save, sheet
 
 # figure: what it shows
 FIGURES = {

@@ -2,9 +2,9 @@
 """The one look of the drawn figures, and how their files are written. matplotlib is needed here, and only when drawing."""
 
 import io
-import os
-import tempfile
 from pathlib import Path
+
+from ..base.files import whole
 
 # Okabe and Ito's colours, told apart with any colour vision; every use has a second sign, so that grey print works too.
 INK, GREY = "#1a1a1a", "#767676"
@@ -76,33 +76,6 @@ def known_suffix(file):
             "name it like rays.svg."
         )
     return suffix
-
-
-def whole(file, write):
-    """Call write(part) with the path of a temporary file beside `file`, then give it that name; returns the Path.
-
-    A killed run leaves no half file under the name. OSError, one sentence, where the file cannot be written.
-    """
-    file = Path(file).expanduser()
-    if file.is_dir():
-        raise OSError(f"{file} is a folder; name a file in it, such as {file / 'rays.svg'}.")
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        handle, part = tempfile.mkstemp(prefix=f".{file.stem}.", suffix=f".part{file.suffix}", dir=file.parent)
-        os.close(handle)
-        part = Path(part)
-        try:
-            write(part)
-            mask = os.umask(0)
-            os.umask(mask)
-            part.chmod(0o666 & ~mask)  # as any new file: mkstemp's is for its owner alone
-            part.replace(file)
-        finally:
-            part.unlink(missing_ok=True)
-    except OSError as error:
-        # in place of the temporary name, which says nothing to a person
-        raise OSError(f"cannot write into {file.parent}: {error.strerror or error}; name another folder.") from None
-    return file
 
 
 def save(figure, title, *files):

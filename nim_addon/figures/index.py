@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 from .. import __version__ as VERSION
-from ..cycles.render import files_to
+from ..base.files import files_to
 from .recipes import in_order
 
 TITLE = "Figures, rendered and measured"

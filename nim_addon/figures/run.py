@@ -5,9 +5,6 @@ import contextlib
 import functools
 import hashlib
 import json
-import os
-import shutil
-import tempfile
 import time
 from pathlib import Path
 
@@ -15,6 +12,7 @@ import bpy
 import numpy as np
 
 from .. import __version__ as VERSION
+from ..base.files import files_to, sweep, writable_folder
 from ..cycles import caustics, montage, render, script_node
 from ..cycles.material import resolve
 from ..scenes import scene_type
@@ -39,7 +37,7 @@ def make(figure, folder, quality="draft", *, backend="auto", showing=None):
     be written, or holds what another version made, an index.html or a record that is not ours, or, for a draft, the
     figure at final quality; nothing of that is touched.
     """
-    folder = render.writable_folder(folder)
+    folder = writable_folder(folder)
     index.check(folder)
     check_records(folder, figure)
     if quality == "draft":
@@ -78,7 +76,7 @@ def make(figure, folder, quality="draft", *, backend="auto", showing=None):
         ],
         "seconds": round(time.monotonic() - started, 1),
     }
-    with render.files_to(folder, f"figure-{figure.number}") as (part, finish):
+    with files_to(folder, f"figure-{figure.number}") as (part, finish):
         (part / "record.json").write_text(json.dumps(record, indent=2), encoding="utf-8")
         finish(part / "record.json")
     index.write(folder)
@@ -167,6 +165,8 @@ def _image(recipe, files, quality, backend, showing):
     denoise = recipe.shown and _can_denoise()
     effort = _effort(recipe, quality)
     scene = None
+    for folder in {file.parent for file in files}:
+        sweep(folder)
     for seed, file in enumerate(files):
         folder, name = file.parent, file.stem
         wanted = {
@@ -188,7 +188,7 @@ def _image(recipe, files, quality, backend, showing):
                 scene = _built(kind, parameters, recipe, pose, size, samples, denoise, backend)
             scene.cycles.seed = seed
             if effort["photons"]:
-                render.writable_folder(folder)
+                writable_folder(folder)
                 texels = TEXELS[quality == "final"]
                 store = folder / f".{name}.photons"
                 caustics.bake(scene, photons=effort["photons"], texels=texels, seed=1000 * seed, file=store)
@@ -250,7 +250,7 @@ def _sheet(figure, folder, files):
     pixels = np.ascontiguousarray(montage.grid(pictures, figure.columns))
     sheet = oiio.ImageBuf(oiio.ImageSpec(pixels.shape[1], pixels.shape[0], 3, oiio.UINT8))
     sheet.set_pixels(sheet.roi, pixels)
-    with render.files_to(folder, f"figure-{figure.number}") as (part, finish):
+    with files_to(folder, f"figure-{figure.number}") as (part, finish):
         record = {"nimray": VERSION, "figure": figure.number, "images": [file.stem for file in files]}
         render.write_with_metadata(sheet, part / "sheet.png", record)
         return finish(part / "sheet.png")[0]
@@ -258,14 +258,10 @@ def _sheet(figure, folder, files):
 
 def _drawn(figure, folder):
     """The files that a figure draws, moved into `folder` once all are there."""
-    folder = render.writable_folder(folder)
-    part = Path(tempfile.mkdtemp(prefix=".drawing.", dir=folder))
-    try:
-        files = [Path(file) for file in figure.draw(part)]
-        for file in files:
-            os.replace(file, folder / file.name)
-        return [folder / file.name for file in files]
-    except OSError as error:  # of the folder that a person knows
-        raise OSError(str(error).replace(str(part), str(folder))) from None
-    finally:
-        shutil.rmtree(part, ignore_errors=True)
+    with files_to(folder, "drawing") as (part, finish):
+        try:
+            return finish(*map(Path, figure.draw(part)), own=True)
+        except OSError as error:  # of the folder that a person knows
+            if error.errno is None:  # a sentence
+                raise OSError(str(error).replace(str(part), str(folder))) from None
+            raise

@@ -157,6 +157,26 @@ def test_a_bake_that_was_stopped_goes_on(scene, tmp_path):
         assert not cut.load(file)
 
 
+def test_a_bake_is_kept_in_its_own_file_only(scene, tmp_path, one_sentence):
+    """Another's link, of a name that can be guessed, was written through."""
+    stranger = tmp_path / "stranger"
+    stranger.write_text("theirs")
+    for name in ("state", "state.part"):
+        (tmp_path / name).symlink_to(stranger)
+    options = {"texels": 64, "photons": 1 << 13}
+    with caustics.Bake(scene, [SUN], **options) as one:
+        next(iter(one))
+        one.save(tmp_path / "state")
+    assert stranger.read_text() == "theirs" and not (tmp_path / "state").is_symlink()
+    with caustics.Bake(scene, [SUN], **options) as one:
+        assert one.load(tmp_path / "state")
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["state", "state.part", "stranger"]
+    (tmp_path / "folder").mkdir()
+    with pytest.raises(OSError) as raised:
+        caustics.bake(scene, [SUN], file=tmp_path / "folder", **options)
+    one_sentence(raised.value, "is a folder", "name another file")
+
+
 def test_a_bake_knows_when_it_is_out_of_date(scene):
     caustics.bake(scene, [SUN], texels=64, photons=1 << 13)
     assert not caustics.out_of_date(scene)

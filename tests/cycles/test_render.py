@@ -8,6 +8,7 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
+from nim_addon.base.files import files_to
 from nim_addon.cycles import render
 from nim_addon.scenes import scene_type
 
@@ -55,20 +56,132 @@ def test_a_full_disk_is_named(tmp_path, monkeypatch, one_sentence):
     usage = shutil.disk_usage(tmp_path)
     for free, words in (
         (0, f"cannot write into {tmp_path}: No space left on device"),
-        (1 << 30, "cannot write x.none"),
+        (1 << 30, "cannot write the .none file whole"),
     ):
         monkeypatch.setattr(shutil, "disk_usage", lambda folder, free=free: usage._replace(free=free))
-        with pytest.raises(OSError) as raised, render.files_to(tmp_path, "one") as (part, _):
+        with pytest.raises(OSError) as raised, files_to(tmp_path, "one") as (part, _):
             render.write_with_metadata(picture, part / "x.none", {})
         assert words in str(raised.value) and not list(tmp_path.iterdir())
         if not free:
             one_sentence(raised.value, "name another folder")
 
 
-def test_a_failed_render_leaves_nothing_and_says_so(scene, tmp_path):
-    bpy.data.objects.remove(scene.camera)
-    with pytest.raises(RuntimeError, match=r"(?i)camera"):
+def test_a_failed_render_leaves_nothing_and_says_so(scene, tmp_path, one_sentence, monkeypatch):
+    scene.render.use_multiview = True
+    with pytest.raises(RuntimeError) as raised:
         render.render(scene, tmp_path, "one")
+    one_sentence(raised.value, f"{scene.name!r} renders two pictures", "Stereoscopy")
+    scene.render.use_multiview = False
+    bpy.data.objects.remove(scene.camera)
+    with pytest.raises(RuntimeError) as raised:
+        render.render(scene, tmp_path, "one")
+    one_sentence(raised.value, f"{scene.name!r} has no camera", "add one")
+    monkeypatch.setattr(render, "_check_scene", lambda _: None)
+    with pytest.raises(RuntimeError) as raised:
+        render.render(scene, tmp_path, "one")
+    one_sentence(raised.value, "Blender did not render", "no camera")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.fixture
+def cramped():
+    """cramped(size): no file takes more bytes from then on; OpenImageIO says True of a PNG all the same."""
+    resource = pytest.importorskip("resource")
+    former = resource.getrlimit(resource.RLIMIT_FSIZE)
+    yield lambda size: resource.setrlimit(resource.RLIMIT_FSIZE, (size, former[1]))
+    resource.setrlimit(resource.RLIMIT_FSIZE, former)
+
+
+def picture(form=oiio.UINT8, size=64):
+    image = oiio.ImageBuf(oiio.ImageSpec(size, size, 3, form))
+    image.set_pixels(image.roi, np.random.default_rng(0).random((size, size, 3), np.float32))
+    return image
+
+
+@pytest.mark.parametrize("size", (0, 50, 5000))
+@pytest.mark.parametrize("suffix, form", ((".png", oiio.UINT8), (".exr", oiio.FLOAT)))
+def test_an_image_that_is_cut_off_replaces_none(suffix, form, size, tmp_path, cramped, one_sentence):
+    kept = tmp_path / f"one{suffix}"
+    render.write_with_metadata(picture(form), kept, {"made": 1})
+    before = kept.read_bytes()
+    with pytest.raises(OSError) as raised, files_to(tmp_path, "one") as (part, finish):
+        cramped(size)
+        render.write_with_metadata(picture(form), part / f"new{suffix}", {"made": 2})
+        finish(part / f"new{suffix}")
+    cramped(1 << 40)
+    one_sentence(raised.value, "cannot write")
+    assert kept.read_bytes() == before and list(tmp_path.iterdir()) == [kept]
+
+
+@pytest.mark.parametrize("size", (3000, 9000))
+def test_a_render_onto_a_full_disk_keeps_the_old_pair(size, scene, tmp_path, cramped, one_sentence):
+    files = render.render(scene, tmp_path, "one", metadata={"made": 1}, blend=True)
+    before = [file.read_bytes() for file in files]
+    cramped(size)
+    with pytest.raises((OSError, RuntimeError)) as raised:
+        render.render(scene, tmp_path, "one", metadata={"made": 2}, blend=True)
+    cramped(1 << 40)
+    one_sentence(raised.value)
+    assert [file.read_bytes() for file in files] == before
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["one.blend", "one.exr", "one.png"]
+
+
+def test_where_one_file_cannot_have_its_name_none_is_replaced(scene, tmp_path, one_sentence):
+    (tmp_path / "one.exr").write_text("old")
+    for suffix, blend in ((".png", False), (".blend", True)):
+        (tmp_path / f"one{suffix}").mkdir()
+        seen = []
+        with pytest.raises(OSError) as raised:
+            render.render(scene, tmp_path, "one", blend=blend, progress=lambda *step, seen=seen: seen.append(step))
+        one_sentence(raised.value, f"one{suffix} is a folder")
+        assert not seen and (tmp_path / "one.exr").read_text() == "old"
+        (tmp_path / f"one{suffix}").rmdir()
+
+
+def nested(depth):
+    made = {}
+    for _ in range(depth):
+        made = {"a": made}
+    return made
+
+
+@pytest.mark.parametrize(
+    ("metadata", "words"),
+    (
+        ({"a": object()}, "JSON"),
+        ({("a", 1): 1}, "JSON"),
+        ({"a": b"bytes"}, "JSON"),
+        (["a"], "dict"),
+        ("text", "dict"),
+        ({"a": "x" * 9_000_000}, ".png can carry"),
+        (nested(100_000), "nested too deep"),
+    ),
+    ids=("object", "key", "bytes", "list", "text", "large", "deep"),
+)
+def test_metadata_that_cannot_be_written_is_refused_before_the_render(metadata, words, scene, tmp_path, one_sentence):
+    seen = []
+    with pytest.raises(ValueError) as raised:
+        render.render(scene, tmp_path, "one", metadata=metadata, progress=lambda *step: seen.append(step))
+    one_sentence(raised.value, "metadata", words)
+    assert not seen and not list(tmp_path.iterdir())
+
+
+def test_any_text_is_carried(scene, tmp_path):
+    made = {
+        "nimray": "\ud800\n" * 50,
+        "text": "日本 é \0 \x1b[31m \udcff \u202e",
+        "none": None,
+        "list": [1, 2.5, float("inf")],
+    }
+    for file in render.render(scene, tmp_path, "one", metadata=made):
+        assert render.read_metadata(file) == made
+
+
+@pytest.mark.parametrize("name", ("", ".", "..", "a/b", "a\nb", "\x1b"))
+def test_a_name_that_no_file_can_have_is_refused(name, scene, tmp_path, one_sentence):
+    with pytest.raises(ValueError) as raised:
+        render.render(scene, tmp_path, name)
+    one_sentence(raised.value, "cannot name a file")
     assert not list(tmp_path.iterdir())
 
 

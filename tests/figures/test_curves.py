@@ -8,9 +8,9 @@ import sys
 import numpy as np
 import pytest
 
+from nim_addon.base.files import whole
 from nim_addon.figures import curves
 from nim_addon.figures.claims import Claim
-from nim_addon.figures.drawing import whole
 
 
 @pytest.mark.parametrize("figure", curves.FIGURES)

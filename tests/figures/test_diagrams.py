@@ -9,6 +9,7 @@ import sys
 import numpy as np
 import pytest
 
+from nim_addon.base.files import whole
 from nim_addon.figures import diagrams, drawing
 from nim_addon.physics import Interface, Medium
 from nim_addon.physics.rays import Fate, Kind
@@ -234,7 +235,7 @@ def test_where_nothing_can_be_written_the_folder_is_named(tmp_path, one_sentence
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(part))
 
     with pytest.raises(OSError) as raised:
-        drawing.whole(tmp_path / "x.svg", full)
+        whole(tmp_path / "x.svg", full)
     assert "part" not in one_sentence(raised.value, f"into {tmp_path}: No space left on device", "name another folder")
     assert sorted(file.name for file in tmp_path.rglob("*")) == ["afile", "d.svg"]
 

@@ -412,11 +412,89 @@ TEXTS = {
     "The normals of {name} do not agree, so that inside and outside are exchanged here and there.": (
         "Las normales de {name} no concuerdan: el interior y el exterior están intercambiados en algunas partes."
     ),
+    "Some parts of {name} are inside out: {count} of {parts}.": (
+        "Algunas partes de {name} están vueltas del revés: {count} de {parts}."
+    ),
+    "{name} lies in the medium that it has inside itself: its normals should point inwards.": (
+        "{name} está dentro del mismo medio que tiene en su interior: sus normales deberían apuntar hacia dentro."
+    ),
     "Turn them out": "Volverlas hacia fuera",
+    "Turn them in": "Volverlas hacia dentro",
+    "Another object needs the same mesh as it is: make it a mesh of its own first.": (
+        "Otro objeto necesita la misma malla tal como está: dale primero una malla propia."
+    ),
     "{name} has holes, but its material has a volume, which then has no end.": (
         "{name} tiene agujeros, pero su material tiene un volumen, que así no tiene fin."
     ),
+    "{name} has holes: light that goes through them is in the wrong medium.": (
+        "{name} tiene agujeros: la luz que pasa por ellos está en el medio equivocado."
+    ),
+    "{name} is a sheet with nothing at its rim, so that light goes round it: close it to a body, or let it "
+    "end at something.": (
+        "{name} es una lámina sin nada en su borde, de modo que la luz la rodea: ciérrala como un cuerpo o haz que "
+        "acabe en algo."
+    ),
     "Close the holes": "Cerrar los agujeros",
+    "No button can fill it: do it by hand in Edit Mode.": (
+        "Ningún botón puede rellenarlo: hazlo a mano en el modo Edición."
+    ),
+    "{name} has {count} faces twice in the same place, so that one or the other is met by chance.": (
+        "{name} tiene {count} caras dos veces en el mismo lugar, de modo que se encuentra una u otra al azar."
+    ),
+    "Remove the second ones": "Eliminar las repetidas",
+    "{name} and {other} have faces in the same place, of which one or the other is met: move one a little.": (
+        "{name} y {other} tienen caras en el mismo lugar, de las que se encuentra una u otra: mueve una un poco."
+    ),
+    "{name} and {other} are in the same place, where one or the other is met: move or remove one.": (
+        "{name} y {other} están en el mismo lugar, donde se encuentra uno u otro: mueve o elimina uno."
+    ),
+    "{name} is coarse for a smooth surface: faces differ by {angle:.0f} degrees, and what it shows is some "
+    "{error:.0f} % off; add a Subdivision Surface, or use more faces.": (
+        "{name} es tosco para una superficie suave: las caras difieren en {angle:.0f} grados y lo que muestra se "
+        "desvía un {error:.0f} %; añade una subdivisión de superficie o usa más caras."
+    ),
+    "{name} is {times:,.0f} times its size away from the origin, too far for the numbers of a render: move "
+    "everything there.": (
+        "{name} está a {times:,.0f} veces su tamaño del origen, demasiado lejos para los números de un render: "
+        "muévelo todo allí."
+    ),
+    # media that do not fit
+    "{name} lies in {medium} ({other}), but its outside is {own}.": (
+        "{name} está dentro de {medium} ({other}), pero su exterior es {own}."
+    ),
+    "{name} and {more} more lie in {medium} ({other}), but their outside is {own}.": (
+        "{name} y {more} más están dentro de {medium} ({other}), pero su exterior es {own}."
+    ),
+    "{name} lies partly in {medium} ({other}), but its outside is {own}: it takes a material for each part.": (
+        "{name} está en parte dentro de {medium} ({other}), pero su exterior es {own}: necesita un material por parte."
+    ),
+    "{name} and {more} more lie partly in {medium} ({other}), but their outside is {own}: each part takes a material.": (
+        "{name} y {more} más están en parte dentro de {medium} ({other}), pero su exterior es {own}: cada parte "
+        "necesita un material."
+    ),
+    "{name} and {other} overlap: where they do, there are two media in one place.": (
+        "{name} y {other} se solapan: donde lo hacen hay dos medios en un mismo lugar."
+    ),
+    "{name}, {more} more and {other} overlap: where they do, there are two media in one place.": (
+        "{name}, {more} más y {other} se solapan: donde lo hacen hay dos medios en un mismo lugar."
+    ),
+    "Parts of {name} overlap: where they do, there are two media in one place.": (
+        "Hay partes de {name} que se solapan: donde lo hacen hay dos medios en un mismo lugar."
+    ),
+    "{name} and {other} face each other, but the outside of the first is {own}, of the second {medium}.": (
+        "{name} y {other} están frente a frente, pero el exterior del primero es {own} y el del segundo {medium}."
+    ),
+    "{name} and {more} more face {other}, but their outside is {own}, and its outside {medium}.": (
+        "{name} y {more} más están frente a {other}, pero su exterior es {own}, y el de este {medium}."
+    ),
+    "{name} and {other} have their inside in common, but that of the first is {own}, of the second {medium}.": (
+        "{name} y {other} tienen el interior en común, pero el del primero es {own} y el del segundo {medium}."
+    ),
+    "{name}, {more} more and {other} have their inside in common, but theirs is {own}, and its {medium}.": (
+        "{name}, {more} más y {other} tienen el interior en común, pero el de ellos es {own} y el de este {medium}."
+    ),
+    "Set the outside": "Poner el exterior",
+    "Set the inside": "Poner el interior",
     # the scenes panel
     "Scenes": "Escenas",
     "Choose a scene, set it, build it.": "Elegir una escena, ajustarla y construirla.",

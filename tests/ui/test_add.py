@@ -5,8 +5,8 @@ import bpy
 import numpy as np
 import pytest
 
-from nim_addon.cycles import mesh_checks
 from nim_addon.cycles.material import interface_nodes, interface_of
+from nim_addon.cycles.solids import Solid
 from nim_addon.physics import MEDIA, Medium
 
 
@@ -27,7 +27,8 @@ def test_bodies(addon, press, shape, size, extent):
     assert tuple(thing.location) == (1, 2, 3) and thing.name == shape.title()
     assert interface_of(interface_nodes(thing.active_material)[0]).inside.mu == -10
     mesh = thing.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
-    assert mesh_checks.surface(mesh) == (True, True, True)
+    (part,) = Solid(mesh).parts
+    assert part.closed and part.agreeing and part.volume > 0
     points = np.array([vertex.co for vertex in mesh.vertices])
     assert np.ptp(points, axis=0) == pytest.approx(extent, rel=1e-4)
     if shape == "sphere":

@@ -15,13 +15,23 @@ import bpy
 import pytest
 
 from nim_addon import ui
-from nim_addon.cycles import checks, mesh_checks, problem, ray_checks, settings, value_checks
+from nim_addon.cycles import (
+    border_checks,
+    checks,
+    mesh_checks,
+    place_checks,
+    problem,
+    ray_checks,
+    settings,
+    value_checks,
+)
 from nim_addon.cycles.material import SOCKETS
 from nim_addon.ui import translations
 
 # The modules whose texts are looked for: what the panels show of cycles.checks is written there.
 SOURCES = [source for source in sorted(Path(ui.__file__).parent.glob("*.py")) if source.stem != "spanish"]
-SOURCES += [Path(module.__file__) for module in (checks, mesh_checks, problem, ray_checks, settings, value_checks)]
+CHECKS = (checks, border_checks, mesh_checks, place_checks, problem, ray_checks, settings, value_checks)
+SOURCES += [Path(module.__file__) for module in CHECKS]
 # Literals of these modules that read like a text, and why they are none.
 NOT_SHOWN = {
     "Color": "socket",

@@ -165,6 +165,7 @@ def test_mend_all_mends_all_and_can_be_undone(scene, press):
 
 def test_a_mesh_that_two_objects_share_is_turned_once(scene, press):
     twin = bpy.data.objects.new("Twin", cube().data)
+    twin.location.x = 5
     scene.collection.objects.link(twin)
     inside_out(scene)
     assert codes(scene) == ["normals", "normals"]
@@ -202,7 +203,7 @@ def test_what_a_modifier_does_is_said_and_no_button_offered(scene, press, code, 
     assert problem.code == code and problem.remedy is None and MODIFIED in problem.sentence
     assert press("nim.mend", code=code) == {"CANCELLED"}
     cube().modifiers.clear()
-    assert codes(scene) == []
+    assert code not in codes(scene)
 
 
 def test_a_mesh_that_is_wrong_itself_is_mended_under_its_modifiers(scene, press):

@@ -1,0 +1,332 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which medium lies around each interface, found by casting rays: what they meet first says what they have run through."""
+
+from collections import Counter
+from functools import cached_property
+from typing import NamedTuple
+
+import bpy  # noqa: F401
+import numpy as np
+
+from ..physics import Medium
+from .material import asked_interfaces, interface_of
+from .sight import Sight
+from .solids import Solid, bounds
+from .visibility import asked, has_nodes
+
+FRONT, BACK = "outside", "inside"  # the two sides of a face, by the names of the media there
+POINTS = 9  # on each patch
+LARGEST = 500_000  # faces of a mesh that may stand in a ray's way
+MOST = 2000  # bodies that may
+NEAR = 1e-5  # where rays start, off the face, relative to the size of the mesh
+TOUCHED = 24  # points on each patch that may lie on faces of something else
+RIM = 32  # places on the rim of an open part
+SLANTS = (0.0, 0.8, 0.8, 0.8, 0.8)  # sines of the angles that rays leave at, evenly round the normal
+
+
+class Patch(NamedTuple):
+    """The faces of one part of one body that wear the same material: indices of the body and the part, material index."""
+
+    body: int
+    part: int
+    slot: int
+
+
+class Hit(NamedTuple):
+    """What a ray meets first: index of the body, face, its side (FRONT, BACK), and how far off."""
+
+    body: int
+    face: int
+    side: str
+    distance: float
+
+
+class Body:
+    """A visibility.Shown that rays can meet.
+
+    one, solid: the Shown, and the Solid of its mesh
+    media:      {material index: {FRONT: Medium, BACK: Medium}, where they are known, or None} of interfaces
+    open:       the material indices that rays pass: of volumes without a surface
+    """
+
+    def __init__(self, one, solid: Solid):
+        self.one, self.solid = one, solid
+        self.matrix = np.array(one.matrix.copy(), float)
+        self.media, self.open = {}, set()
+        for slot, material in enumerate(one.materials):
+            nodes = asked_interfaces(material)
+            if nodes:
+                between = interface_of(*nodes[0]) if len(nodes) == 1 else None
+                self.media[slot] = {FRONT: between.outside, BACK: between.inside} if between else None
+            elif has_nodes(material) and not asked(material) and asked(material, "Volume"):
+                self.open.add(slot)
+        corners = np.stack(np.meshgrid(*zip(solid.low, solid.high, strict=True)), -1).reshape(-1, 3)
+        self.low, self.high = bounds(self.world(corners))
+        self.size = float(np.linalg.norm(self.high - self.low))
+        self.flat = abs(np.linalg.det(self.matrix[:3, :3])) < 1e-30
+
+    @property
+    def name(self):
+        """Of the object in the file."""
+        return self.one.original.name
+
+    @cached_property
+    def inverse(self):
+        """World to the mesh's own coordinates, (4, 4)."""
+        return np.linalg.inv(self.matrix)
+
+    def world(self, points):
+        """Points (..., 3) of the mesh in the world."""
+        return points @ self.matrix[:3, :3].T + self.matrix[:3, 3]
+
+    def local(self, point):
+        """A point (3,) of the world in the mesh's own coordinates."""
+        return self.inverse[:3, :3] @ point + self.inverse[:3, 3]
+
+    def has(self, place, normal, reach):
+        """Whether a face passes, along that normal or against it, a point of the world as near as `reach`."""
+        met, _, face, _ = self.solid.tree.find_nearest(self.local(place).tolist())
+        if met is None or np.linalg.norm(self.world(np.array(met)) - place) > reach:
+            return False
+        other = self.solid.area[face] @ self.inverse[:3, :3]
+        return abs(other @ normal) > 0.9999 * np.linalg.norm(other)
+
+    def slot(self, face):
+        """The material index that counts for a face."""
+        return min(max(int(self.solid.material[face]), 0), len(self.one.materials) - 1)
+
+    def slots(self):
+        """(F,) of them."""
+        return np.clip(self.solid.material, 0, len(self.one.materials) - 1)
+
+    def patch(self, index, face):
+        """The Patch that a face is of; `index`: this body's."""
+        return Patch(index, int(self.solid.part[face]), self.slot(face))
+
+    def medium(self, patch, side):
+        """The Medium on that side of a Patch; None where it is no interface or not known."""
+        known = self.media.get(patch.slot)
+        return known[side] if known else None
+
+    def cast(self, origin, direction):
+        """(distance, face, side) of the first face that a ray in the world meets, or None. direction: (3,), unit."""
+        place = self.local(origin)
+        along = self.inverse[:3, :3] @ direction
+        met, _, face, _ = self.solid.tree.ray_cast(place.tolist(), along.tolist())
+        if met is None:
+            return None
+        side = FRONT if along @ self.solid.area[face] < 0 else BACK
+        return float((self.world(np.array(met)) - origin) @ direction), face, side
+
+
+class Surroundings:
+    """The bodies of a scene, and what rays that leave an interface meet.
+
+    bodies: list of Body, the interfaces among them and what else may stand in a ray's way
+    memory: a dict in which what rays met is kept for the next time that the same meshes are in the same places
+    """
+
+    def __init__(self, bodies: list[Body], memory: dict | None = None):
+        self.bodies = [body for body in bodies if body.solid.count and not body.flat]
+        memory = {} if memory is None else memory
+        key = [(body.solid, body.matrix.tobytes(), len(body.one.materials), body.open) for body in self.bodies]
+        if memory.get("key") != key:
+            memory.clear()
+            memory["key"] = key
+        self._memory = memory
+        self.lows = np.array([body.low for body in self.bodies]).reshape(-1, 3)
+        self.highs = np.array([body.high for body in self.bodies]).reshape(-1, 3)
+
+    @cached_property
+    def patches(self) -> list[Patch]:
+        """Those of interfaces."""
+        found = []
+        for index, body in enumerate(self.bodies):
+            if body.media:
+                many = body.solid.part.astype(np.int64) * len(body.one.materials) + body.slots()
+                for one in np.unique(many).tolist():
+                    part, slot = divmod(one, len(body.one.materials))
+                    if slot in body.media:
+                        found.append(Patch(index, part, slot))
+        return found
+
+    def _candidates(self, origin, direction):
+        """Indices of the bodies whose bounds a ray meets, the nearest first, and how far those are, or less."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            near, far = (self.lows - origin) / direction, (self.highs - origin) / direction
+        # nan: the ray runs in the plane of a side
+        enter = np.nanmax(np.fmin(near, far), axis=1, initial=0.0)
+        leave = np.nanmin(np.fmax(near, far), axis=1, initial=np.inf)
+        slack = 1e-6 * np.linalg.norm(self.highs - self.lows, axis=1)
+        which = np.flatnonzero(enter <= leave + slack)
+        order = which[np.argsort(enter[which])]
+        return order.tolist(), (enter - slack)[order].tolist()
+
+    def cast(self, origin, direction) -> Hit | None:
+        """The first thing that a ray meets, past what has a volume only."""
+        origin = np.asarray(origin, float)
+        run = 0.0
+        for _ in range(16):
+            best = self._first(origin, direction)
+            if best is None:
+                return None
+            body = self.bodies[best.body]
+            if body.slot(best.face) not in body.open:
+                return best._replace(distance=best.distance + run)
+            step = best.distance + NEAR * body.size
+            origin, run = origin + step * direction, run + step
+        return None
+
+    def _first(self, origin, direction):
+        best = None
+        for index, enter in zip(*self._candidates(origin, direction), strict=True):
+            if best and enter > best.distance:
+                break
+            met = self.bodies[index].cast(origin, direction)
+            if met and (best is None or met[0] < best.distance):
+                best = Hit(index, met[1], met[2], met[0])
+        return best
+
+    def within(self, point) -> set:
+        """The (body, part) of interfaces that a point in the world lies within."""
+        around = np.flatnonzero(((self.lows <= point) & (point <= self.highs)).all(axis=1)).tolist()
+        return {
+            (index, part)
+            for index in around
+            if self.bodies[index].media
+            for part in self.bodies[index].solid.within(self.bodies[index].local(point))
+        }
+
+    def leaving(self, patch: Patch, side: str, points: int = POINTS) -> list[list]:
+        """What rays meet that leave a Patch on that side: for each of some points a list of Hit, None for the far away.
+
+        Hits of the patch itself are left out.
+        """
+        key = (patch, side, points)
+        if key not in self._memory:
+            found = []
+            for start, normal in zip(*self.starts(patch, side, points), strict=True):
+                hits = [self.cast(start, direction) for direction in _around(normal)]
+                found.append([hit for hit in hits if hit is None or self.patch_of(hit) != patch])
+            self._memory[key] = found
+        return self._memory[key]
+
+    def holders(self, patch: Patch, side: str) -> set:
+        """The (body, part) of interfaces that all of a Patch, just off it on that side, lies within."""
+        key = (patch, side)
+        if key not in self._memory:
+            starts, _ = self.starts(patch, side, POINTS)
+            found = None
+            for start in starts:
+                found = self.within(start) if found is None else found & self.within(start)
+                if not found:
+                    break
+            self._memory[key] = found or set()
+        return self._memory[key]
+
+    def touching(self, patch: Patch) -> tuple[Counter, int]:
+        """How many of some points of a Patch lie on faces of each other body, by its index; and how many points."""
+        key = (patch,)
+        if key not in self._memory:
+            body, found = self.bodies[patch.body], Counter()
+            starts, normals = self.starts(patch, FRONT, TOUCHED, 0.0)
+            for place, normal in zip(starts, normals, strict=True):
+                reach = NEAR * body.size
+                near = ((self.lows - reach <= place) & (place <= self.highs + reach)).all(axis=1)
+                for other in set(np.flatnonzero(near).tolist()) - {patch.body}:
+                    found[other] += self.bodies[other].has(place, normal, reach)
+            self._memory[key] = +found, len(starts)
+        return self._memory[key]
+
+    def is_supported(self, index: int, part: int) -> bool:
+        """Whether the rim of an open part lies at, in or behind something else, as a pool's surface ends at its walls."""
+        body = self.bodies[index]
+        solid = body.solid
+        mine = np.flatnonzero(solid.part[solid.rim.face] == part)
+        mine = mine[np.unique(np.linspace(0, len(mine) - 1, RIM).astype(int))]
+        middle = None
+        if solid.parts[part].is_sheet:
+            chosen = solid.part == part
+            weight = np.linalg.norm(solid.area[chosen], axis=1)
+            middle = body.world(weight @ solid.points[solid.corners[solid.begins[:-1][chosen]]] / weight.sum())
+        held = sum(self._is_held(body, index, edge, middle) for edge in mine)
+        return held >= 0.9 * len(mine)
+
+    def _is_held(self, body, index, edge, middle):
+        solid = body.solid
+        ends = body.world(solid.points[[solid.rim.start[edge], solid.rim.end[edge]]].astype(float))
+        face = int(solid.rim.face[edge])
+        place, length = ends.mean(axis=0), np.linalg.norm(ends[1] - ends[0])
+        reach = 1e-3 * body.size
+        near = np.flatnonzero(((self.lows - reach <= place) & (place <= self.highs + reach)).all(axis=1))
+        for other in near.tolist():
+            thing = self.bodies[other]
+            local = thing.local(place)
+            if other == index:
+                # edges that a neighbour's vertex divides
+                scale = np.abs(np.linalg.det(body.matrix[:3, :3])) ** (1 / 3)
+                around = solid.tree.find_nearest_range(local.tolist(), min(reach, length / 10) / scale)
+                if any(one[2] != face for one in around):
+                    return True
+                continue
+            nearest = thing.solid.tree.find_nearest(local.tolist())[0]
+            if nearest is not None and np.linalg.norm(thing.world(np.array(nearest)) - place) <= reach:
+                return True
+            if thing.solid.within(local):
+                return True
+        inner = body.world(solid.place(face))
+        for start, end in [(inner, place)] + ([(place, middle)] if middle is not None else []):
+            way = end - start
+            far = np.linalg.norm(way)
+            if far > 0:
+                hit = self.cast(start + 1e-4 * way, way / far)
+                if hit and hit.body != index and hit.distance <= far + reach * (end is place):
+                    return True
+        return False
+
+    def starts(self, patch: Patch, side: str, count: int = POINTS, near: float = NEAR) -> tuple[np.ndarray, np.ndarray]:
+        """Points (N, 3) in the world just off a Patch, and the unit normals (N, 3) on that side."""
+        body = self.bodies[patch.body]
+        chosen = (body.solid.part == patch.part) & (body.slots() == patch.slot)
+        places, normals, _ = body.solid.samples(chosen, count)
+        normals = normals @ body.inverse[:3, :3]  # as normals go: by the transpose of the inverse
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        normals = normals if side == FRONT else -normals
+        return body.world(places) + near * body.size * normals, normals
+
+    def patch_of(self, hit: Hit) -> Patch:
+        """The Patch that was hit."""
+        return self.bodies[hit.body].patch(hit.body, hit.face)
+
+
+def survey(sight: Sight) -> Surroundings:
+    """The Surroundings of what a sight.Sight shows; what is over its limit is left out of it."""
+    bodies, memory = [], sight.kept.setdefault("surroundings", {})
+    wearers = {one for those in sight.worn.values() for one in those}
+    solids = {}  # instances of one mesh are alike
+    for one in sorted(sight.shown, key=lambda one: one not in wearers):
+        stands = bodies and len(bodies) < MOST and len(one.mesh.polygons) <= min(LARGEST, sight.limit or LARGEST)
+        if one in wearers or stands:
+            key = (one.original.session_uid, one.single, len(one.mesh.polygons), one.mesh.name)
+            if key not in solids:
+                solids[key] = sight.measured(one, "solid", Solid)
+            if solids[key]:
+                bodies.append(Body(one, solids[key]))
+    return Surroundings(bodies, memory)
+
+
+def same(one: Medium, other: Medium) -> bool:
+    """Whether two media are the same to what a socket holds: the permeability counts by magnitude."""
+    return bool(np.isclose(one.n, other.n, rtol=1e-5) and np.isclose(one.mu, other.mu, rtol=1e-5))
+
+
+def _around(normal):
+    """Unit directions (N, 3) about a normal."""
+    side = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
+    side /= np.linalg.norm(side)
+    other = np.cross(normal, side)
+    turns = 2.4 * np.arange(len(SLANTS)) + 0.3  # no symmetry of the mesh's
+    sines = np.array(SLANTS)[:, None]
+    return (
+        np.sqrt(1 - sines**2) * normal + sines * (np.cos(turns)[:, None] * side + np.sin(turns)[:, None] * other)
+    )  # fmt: skip

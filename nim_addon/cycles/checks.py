@@ -8,6 +8,18 @@ from .material import MARK, asked_interfaces, device_runs_osl, interface_group, 
 from .problem import Problem
 from .sight import look
 
+ENGINES = {
+    "CYCLES": "Cycles",
+    "BLENDER_EEVEE_NEXT": "EEVEE",
+    "BLENDER_EEVEE": "EEVEE",
+    "BLENDER_WORKBENCH": "Workbench",
+}
+
+
+def engine_name(scene: bpy.types.Scene) -> str:
+    """What people call the render engine of a scene."""
+    return ENGINES.get(scene.render.engine, scene.render.engine)
+
 
 def backends(materials):
     """Names of the interface materials by the backend of their nodes: {"osl": names, "nodes": names}."""
@@ -24,10 +36,13 @@ def interfaces(scene: bpy.types.Scene) -> list[bpy.types.Material]:
         return list(look(scene, depsgraph).worn)
 
 
-def problems(scene: bpy.types.Scene) -> list[Problem]:
-    """All that is wrong in a scene, to be asked before it is rendered; empty where no interface material is shown."""
+def problems(scene: bpy.types.Scene, limit: int | None = None) -> list[Problem]:
+    """All that is wrong in a scene, to be asked before it is rendered; empty where no interface material is shown.
+
+    limit: meshes of more faces are not measured; None for all
+    """
     with visibility.as_rendered(scene) as depsgraph:
-        sight = look(scene, depsgraph)
+        sight = look(scene, depsgraph, limit)
         return (setting_problems(scene, backends(sight.worn)) if sight.worn else []) + found_in(sight)
 
 
@@ -52,13 +67,11 @@ def setting_problems(scene, backends):
         found.append(Problem(code, (text,), values, remedy, materials=materials))
 
     if scene.render.engine != "CYCLES":
-        names = {"BLENDER_EEVEE_NEXT": "EEVEE", "BLENDER_EEVEE": "EEVEE", "BLENDER_WORKBENCH": "Workbench"}
-        engine = names.get(scene.render.engine, scene.render.engine)
         add(
             "engine",
             "{engine} cannot bend a ray at the interface: only Cycles renders it.",
             "Use Cycles",
-            engine=engine,
+            engine=engine_name(scene),
         )
     if scripted := backends.get("osl"):
         if not osl_available():

@@ -143,10 +143,23 @@ def _blocks(lamp, name):
 
 
 def _has_shadow_caustics(sight):
-    lit = any(thing.data.cycles.is_caustics_light for thing in sight.lamps)
     sky = sight.scene.world
-    lit = lit or bool(sky and sky.cycles.is_caustics_light)
-    return lit and any(one.original.cycles.is_caustics_receiver for one in sight.shown)
+    return any(thing.data.cycles.is_caustics_light for thing in sight.lamps) or bool(
+        sky and sky.cycles.is_caustics_light
+    )
+
+
+def unannounced(scene: bpy.types.Scene, lamps: list, wearers: list) -> tuple:
+    """The settings above whose changes Blender tells nobody of, to be compared with what they were; quick.
+
+    lamps, wearers: names of lamps, and of objects with an interface
+    """
+    sky = scene.world
+    lights = [thing.data for thing in map(bpy.data.objects.get, lamps) if thing and thing.type == "LIGHT"]
+    caustics = [bool(sky and sky.cycles.is_caustics_light), *(light.cycles.is_caustics_light for light in lights)]
+    things = map(bpy.data.objects.get, wearers if any(caustics) else ())
+    casters = [thing is not None and thing.cycles.is_caustics_caster for thing in things]
+    return (*caustics, *casters, *(light.cycles.use_multiple_importance_sampling for light in lights))
 
 
 def _give_size(scene, problem):

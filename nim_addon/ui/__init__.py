@@ -15,6 +15,7 @@ from . import (
     scenes,
     translations,
     versions,
+    viewport,
     warnings,
 )
 
@@ -24,6 +25,7 @@ MODULES = (
     preferences,
     versions,
     warnings,
+    viewport,
     material,
     convert,
     add,

@@ -154,7 +154,7 @@ class NIM_OT_convert(bpy.types.Operator):
         said = text.format(count=len(free), n=number(inside.n))
         if refused:
             self.report({"WARNING"}, f"{said}. {_refusals(refused)}")
-        elif wrong := len(checks.problems(context.scene)):
+        elif wrong := len(checks.problems(context.scene, warnings.LARGEST)):
             text = pgettext_rpt("{said}. To be mended before it renders right: {wrong}, see Checks")
             self.report({"INFO"}, text.format(said=said, wrong=wrong))
         else:

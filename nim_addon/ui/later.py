@@ -29,8 +29,13 @@ def _work():
         for area in window.screen.areas:
             if area.type in ("PROPERTIES", "VIEW_3D", "NODE_EDITOR"):
                 for region in area.regions:
-                    if region.type == "UI" or area.type == "PROPERTIES":
+                    if region.type == "UI" or area.type == "PROPERTIES" or _has_note(area):
                         region.tag_redraw()
+
+
+def _has_note(area):
+    """Whether a view may tell, in its picture, that it is wrong (ui.viewport)."""
+    return area.type == "VIEW_3D" and area.spaces.active.shading.type in ("MATERIAL", "RENDERED")
 
 
 def stop():

@@ -287,6 +287,14 @@ TEXTS = {
     "A modifier makes it so, not the mesh itself: mend it there.": (
         "Se debe a un modificador, no a la propia malla: se corrige en él."
     ),
+    "{engine} draws this view and cannot bend a ray backwards: its interfaces are wrong. Use Rendered, with Cycles.": (
+        "{engine} dibuja esta vista y no puede desviar un rayo hacia atrás: sus interfaces son incorrectas. Hay que usar "
+        "Procesado, con Cycles."
+    ),
+    "Show It Rendered": "Mostrarla procesada",
+    "Let Cycles draw this view: only it bends rays backwards": (
+        "Hacer que Cycles dibuje esta vista: solo él desvía los rayos hacia atrás"
+    ),
     "Cycles is switched off in the preferences: only Cycles renders the interface.": (
         "Cycles está desactivado en las preferencias: solo Cycles procesa la interfaz."
     ),

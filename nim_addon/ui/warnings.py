@@ -7,7 +7,7 @@ import bpy
 from bpy.app.handlers import persistent
 from bpy.app.translations import pgettext_iface, pgettext_rpt
 
-from ..cycles import checks
+from ..cycles import checks, ray_checks
 from ..cycles.sight import look
 from . import later
 
@@ -31,13 +31,29 @@ class _Found:
         self.backends = checks.backends(sight.worn)
         self.problems = checks.found_in(sight)
         self.unmeasured = len(sight.left_out)
+        self.lamps = [thing.name for thing in sight.lamps]
+        self.wearers = [one.original.name for one in sight.wearers()]
+        self.unannounced = self._unannounced(scene)
+
+    def _unannounced(self, scene):
+        return ray_checks.unannounced(scene, self.lamps, self.wearers) if hasattr(scene, "cycles") else ()
+
+    def is_true_of(self, scene):
+        """Whether what Blender tells nobody of is as it was."""
+        return self._unannounced(scene) == self.unannounced
 
 
-def _look(scene):
-    """What is known of a scene; while it is looked at anew, what was known, or None."""
-    if scene.session_uid not in _fresh:
+def known(scene):
+    """The _Found of a scene; while it is looked at anew, the last one, or None. Quick: it can be asked while drawing."""
+    there = _found.get(scene.session_uid)
+    fresh = there and scene.session_uid in _fresh and there.is_true_of(scene)
+    if not fresh and not _is_playing():
         later.do(_renew, scene.session_uid)
     return _found.get(scene.session_uid)
+
+
+def _is_playing():
+    return any(window.screen.is_animation_playing for window in bpy.context.window_manager.windows)
 
 
 def _renew(uid, everything=False):
@@ -49,12 +65,12 @@ def _renew(uid, everything=False):
 
 def found(scene, material=None):
     """The Problems of a bpy.types.Scene, or those that bear on one bpy.types.Material; quick where nothing changed."""
-    known = _look(scene)
-    if known is None:
+    there = known(scene)
+    if there is None:
         return []
-    backends = known.backends if material is None else checks.backends([material])
+    backends = there.backends if material is None else checks.backends([material])
     those = checks.setting_problems(scene, backends) if backends else []
-    those += known.problems if material is None or backends else []
+    those += there.problems if material is None or backends else []
     return [one for one in those if material is None or one.materials is None or material.name in one.materials]
 
 
@@ -125,49 +141,22 @@ class NIM_OT_check_meshes(bpy.types.Operator):
     @classmethod
     def poll(cls, context):
         """Only where some were left out."""
-        known = _look(context.scene)
-        if known is None or not known.unmeasured:
+        there = known(context.scene)
+        if there is None or not there.unmeasured:
             cls.poll_message_set("All meshes of interface materials have been checked")
             return False
         return True
 
     def execute(self, context):
         """Measure them, and say what came out."""
-        known = _look(context.scene)
-        count = known.unmeasured
+        there = known(context.scene)
+        count = there.unmeasured
         _renew(context.scene.session_uid, everything=True)
         wrong = sum(problem.code in ("normals", "open_volume") for problem in found(context.scene))
         self.report(
             {"INFO"}, pgettext_rpt("Meshes checked: {count}, problems: {wrong}").format(count=count, wrong=wrong)
         )
         return {"FINISHED"}
-
-
-class NIM_PT_checks(bpy.types.Panel):
-    """What would spoil the picture"""
-
-    bl_idname = "NIM_PT_checks"
-    bl_label = "Checks"
-    bl_space_type = "VIEW_3D"
-    bl_region_type = "UI"
-    bl_category = "NIM"
-    bl_order = 2
-
-    def draw(self, context):
-        """Draw what is wrong, or that nothing is."""
-        layout = self.layout
-        known = _look(context.scene)
-        those = found(context.scene)
-        if known is None:
-            layout.label(text="Looking...", icon="VIEWZOOM")
-            return
-        if not known.backends and not those:
-            layout.label(text="No interface in this scene yet", icon="INFO")
-        elif not those and not known.unmeasured:
-            layout.label(text="Nothing to mend", icon="CHECKMARK")
-        draw_problems(layout, context, those)
-        if known.unmeasured:
-            layout.operator("nim.check_meshes", icon="VIEWZOOM")
 
 
 @persistent
@@ -188,7 +177,7 @@ def forget(*_):
     _kept.clear()
 
 
-CLASSES = (NIM_OT_mend, NIM_OT_check_meshes, NIM_PT_checks)
+CLASSES = (NIM_OT_mend, NIM_OT_check_meshes)
 _HANDLERS = (
     ("depsgraph_update_post", _changed),
     ("undo_post", forget),

@@ -39,6 +39,7 @@ NOT_SHOWN = {
     "Transparent Depth": "socket",
     "Is Shadow Ray": "socket",
     "Workbench": "name of an engine, the same in every language",
+    "Cycles": "name of an engine, the same in every language",
     "NIM for Blender": "name of the add-on and its asset library",
     "NIM Light Paths": "name of a collection",
     "Error": "looked for in the log of a second Blender",

@@ -134,6 +134,88 @@ def test_each_problem_is_found_and_mended(scene, press, code, spoil):
     assert press("nim.mend", code="") == {"CANCELLED"}
 
 
+def light_by_chance(scene):
+    bpy.data.lights["Light"].cycles.use_multiple_importance_sampling = False
+
+
+def light_without_shadow(scene):
+    bpy.data.lights["Light"].use_shadow = False
+
+
+def shadow_caustics(scene):
+    bpy.data.lights["Light"].cycles.is_caustics_light = True
+    cube().cycles.is_caustics_caster = cube().cycles.is_caustics_receiver = True
+
+
+def invisible(scene):
+    cube().visible_diffuse = False
+
+
+def sky_without_glossy(scene):
+    scene.world.cycles_visibility.glossy = False
+
+
+def overridden(scene):
+    scene.view_layers[0].material_override = bpy.data.materials.new("Clay")
+
+
+def few_samples_of_layer(scene):
+    scene.view_layers[0].samples = 1
+
+
+def zero_index(scene):
+    cube().data.materials[0].node_tree.nodes["NIM Interface"].inputs["Index Inside"].default_value = 0.0
+
+
+def bright_tint(scene):
+    cube().data.materials[0].node_tree.nodes["NIM Interface"].inputs["Tint"].default_value = (2, 1, 1, 1)
+
+
+def keyed_to_zero(scene):
+    socket = cube().data.materials[0].node_tree.nodes["NIM Interface"].inputs["Index Inside"]
+    socket.keyframe_insert("default_value", frame=1)
+    socket.default_value = 0.0
+    socket.keyframe_insert("default_value", frame=20)
+
+
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        light_by_chance,
+        light_without_shadow,
+        shadow_caustics,
+        invisible,
+        sky_without_glossy,
+        overridden,
+        few_samples_of_layer,
+        zero_index,
+        bright_tint,
+        keyed_to_zero,
+    ],
+    ids=lambda value: value.__name__,
+)
+def test_the_panel_knows_of_a_change_without_being_told(scene, spoil):
+    from nim_addon.ui import warnings
+
+    bpy.context.view_layer.update()
+    assert warnings.found(scene) == []
+    spoil(scene)
+    bpy.context.view_layer.update()
+    assert len(warnings.found(scene)) == 1 and warnings.found(scene) == checks.problems(scene)
+
+
+def test_looking_is_no_change(scene, monkeypatch):
+    from nim_addon.ui import warnings
+
+    looks = []
+    monkeypatch.setattr(warnings, "_renew", lambda uid, renew=warnings._renew: looks.append(uid) or renew(uid))
+    cube().hide_viewport = True
+    for _ in range(3):
+        bpy.context.view_layer.update()
+        warnings.found(scene)
+    assert len(looks) == 1
+
+
 @pytest.mark.skipif(not osl_available(), reason="this Blender has no OSL")
 def test_osl_that_is_off_is_turned_on(scene, press):
     cube().data.materials[0] = interface_material("Script", Medium(-1.5), backend="osl")

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a 3D view says of the interfaces in it: the panel of checks, and a note where the view itself is wrong.
+
+EEVEE draws an interface as a plausible ball that no light ever made, and Material Preview is drawn by EEVEE.
+"""
+
+import blf
+import bpy
+from bpy.app.translations import pgettext_iface
+
+from ..cycles import checks
+from . import warnings
+
+TEXT = "{engine} draws this view and cannot bend a ray backwards: its interfaces are wrong. Use Rendered, with Cycles."
+COLOR, SIZE, MARGIN = (1.0, 0.62, 0.25, 1.0), 12, 14
+_handler = None
+
+
+def wrong_engine(space: bpy.types.Space | None, scene: bpy.types.Scene) -> str | None:
+    """The name of the engine, not Cycles, by which a 3D view shows the interfaces of `scene` shaded; None if none does."""
+    if space is None or space.type != "VIEW_3D" or space.shading.type not in ("MATERIAL", "RENDERED"):
+        return None
+    engine = "EEVEE" if space.shading.type == "MATERIAL" else checks.engine_name(scene)
+    if engine == "Cycles":
+        return None
+    known = warnings.known(scene)
+    return engine if known and known.backends else None
+
+
+def draw_note(layout, context):
+    """Draw the sentence and the button into a panel of a 3D view that shows interfaces wrongly; True if it does."""
+    engine = wrong_engine(context.space_data, context.scene)
+    if engine:
+        box = layout.box().column(align=True)
+        warnings.draw_sentence(box, context, pgettext_iface(TEXT).format(engine=engine), icon="ERROR")
+        box.operator("nim.view_rendered", icon="SHADING_RENDERED")
+    return engine is not None
+
+
+def _draw_in_view():
+    context = bpy.context
+    space, region = context.space_data, context.region
+    engine = wrong_engine(space, context.scene) if space and space.overlay.show_overlays else None
+    if not engine:
+        return
+    scale = context.preferences.system.ui_scale
+    # the toolbar may lie over the view
+    left = sum(one.width for one in context.area.regions if one.type == "TOOLS" and one.x == region.x)
+    blf.size(0, SIZE * scale)
+    blf.enable(0, blf.SHADOW)
+    blf.shadow(0, 5, 0.0, 0.0, 0.0, 1.0)
+    blf.color(0, *COLOR)
+    blf.position(0, left + MARGIN * scale, MARGIN * scale, 0)
+    blf.draw(0, pgettext_iface(TEXT).format(engine=engine))
+    blf.disable(0, blf.SHADOW)
+
+
+class NIM_OT_view_rendered(bpy.types.Operator):
+    """Let Cycles draw this view: only it bends rays backwards"""
+
+    bl_idname = "nim.view_rendered"
+    bl_label = "Show It Rendered"
+    bl_options = {"REGISTER"}
+
+    @classmethod
+    def poll(cls, context):
+        """Only in a 3D view, and where there is Cycles."""
+        return context.space_data and context.space_data.type == "VIEW_3D" and hasattr(context.scene, "cycles")
+
+    def execute(self, context):
+        """Change the engine, where it is another, and the view."""
+        if context.scene.render.engine != "CYCLES":
+            context.scene.render.engine = "CYCLES"
+        context.space_data.shading.type = "RENDERED"
+        return {"FINISHED"}
+
+
+class NIM_PT_checks(bpy.types.Panel):
+    """What would spoil the picture"""
+
+    bl_idname = "NIM_PT_checks"
+    bl_label = "Checks"
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "NIM"
+    bl_order = 2
+
+    def draw(self, context):
+        """Draw what is wrong, or that nothing is."""
+        layout = self.layout
+        known = warnings.known(context.scene)
+        if known is None:
+            layout.label(text="Looking...", icon="VIEWZOOM")
+            return
+        those = warnings.found(context.scene)
+        noted = draw_note(layout, context)
+        if not known.backends and not those:
+            layout.label(text="No interface in this scene yet", icon="INFO")
+        elif not those and not known.unmeasured and not noted:
+            layout.label(text="Nothing to mend", icon="CHECKMARK")
+        warnings.draw_problems(layout, context, those)
+        if known.unmeasured:
+            layout.operator("nim.check_meshes", icon="VIEWZOOM")
+
+
+CLASSES = (NIM_OT_view_rendered, NIM_PT_checks)
+
+
+def register():
+    """Write into the views."""
+    global _handler
+    if not bpy.app.background:
+        _handler = bpy.types.SpaceView3D.draw_handler_add(_draw_in_view, (), "WINDOW", "POST_PIXEL")
+
+
+def unregister():
+    """Write no more."""
+    global _handler
+    if _handler is not None:
+        bpy.types.SpaceView3D.draw_handler_remove(_handler, "WINDOW")
+        _handler = None

@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A 3D view that another engine than Cycles draws says so where it shows an interface, and a button changes it."""
+
+import bpy
+import pytest
+
+from nim_addon.cycles import settings
+from nim_addon.cycles.material import interface_material
+from nim_addon.physics import Medium
+
+
+@pytest.fixture
+def view(addon):
+    """The 3D view of the file that Blender starts with, in which a cube is a NIM."""
+    from nim_addon.ui import warnings
+
+    warnings.forget()
+    settings.lossless(bpy.context.scene, "nodes")
+    bpy.data.objects["Cube"].data.materials[0] = interface_material("NIM", Medium(-1.5), backend="nodes")
+    areas = [area for area in bpy.data.screens["Layout"].areas if area.type == "VIEW_3D"]
+    return areas[0].spaces.active
+
+
+def said(view):
+    from nim_addon.ui import viewport
+
+    return viewport.wrong_engine(view, bpy.context.scene)
+
+
+@pytest.mark.parametrize(
+    "shading, engine, wrong",
+    [
+        ("MATERIAL", "CYCLES", "EEVEE"),
+        ("RENDERED", "BLENDER_WORKBENCH", "Workbench"),
+        ("RENDERED", "CYCLES", None),
+        ("SOLID", "BLENDER_WORKBENCH", None),
+        ("WIREFRAME", "CYCLES", None),
+    ],
+)
+def test_a_view_that_is_wrong_says_by_which_engine(view, shading, engine, wrong):
+    view.shading.type, bpy.context.scene.render.engine = shading, engine
+    assert said(view) == wrong
+
+
+def test_nothing_is_said_where_there_is_no_interface(view):
+    view.shading.type = "MATERIAL"
+    assert said(view) == "EEVEE" and said(None) is None
+    bpy.data.objects["Cube"].hide_render = True
+    bpy.context.view_layer.update()
+    assert said(view) is None
+
+
+def test_the_button_shows_it_rendered(view, press):
+    bpy.context.scene.render.engine = "BLENDER_WORKBENCH"
+    window = bpy.context.window_manager.windows[0]
+    area = next(area for area in window.screen.areas if area.type == "VIEW_3D")
+    area.spaces.active.shading.type = "RENDERED"
+    assert said(area.spaces.active) == "Workbench"
+    with bpy.context.temp_override(window=window, area=area):
+        assert press("nim.view_rendered") == {"FINISHED"}
+    assert area.spaces.active.shading.type == "RENDERED" and bpy.context.scene.render.engine == "CYCLES"
+    assert said(area.spaces.active) is None

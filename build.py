@@ -12,10 +12,13 @@
   python3 build.py bench caustics      the same of caustics, beside path tracing and Mitsuba 3 (hours; some minutes: --quick)
   python3 build.py setup               make the environment only; every other command does so when needed
 
---blender 5.0 before or after the command picks another Blender (4.5 and 5.0 run on Python 3.11).
+--blender 5.0 before or after the command picks another Blender: 4.2, 4.5 (the default) and 5.0 run on Python 3.11, 5.2
+on 3.13. --system-packages, for root on Debian or Ubuntu, brings the shared libraries that Blender lacks on a bare server.
 """
 
+import functools
 import hashlib
+import importlib.util
 import os
 import shutil
 import subprocess
@@ -26,7 +29,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent
 # The Python that each Blender's module is built for.
-PYTHON = {"4.5": (3, 11), "5.0": (3, 11), "5.2": (3, 13)}
+PYTHON = {"4.2": (3, 11), "4.5": (3, 11), "5.0": (3, 11), "5.2": (3, 13)}
 NIMRAY = ("render", "compare", "figures", "rays", "scenes", "verify", "fresnel", "doctor", "info")
 
 
@@ -39,6 +42,8 @@ def main(words):
         if blender not in PYTHON:
             return complain(f"--blender {blender or '(nothing)'}: choose one of {', '.join(PYTHON)}.")
         words = words[:at] + words[at + 2 :]
+    bring = "--system-packages" in words
+    words = [word for word in words if word != "--system-packages"]
     if not words or words[0] in ("-h", "--help", "help"):
         print(__doc__.strip())
         return 0 if words else 2
@@ -47,10 +52,16 @@ def main(words):
     if command not in known and command not in NIMRAY:
         return complain(f"there is no command {command!r}; the ones that exist are {', '.join([*known, *NIMRAY])}.")
     try:
-        python = writing() if command == "docs" else environment(blender)
+        if bring:
+            install([])  # so that a refusal comes first
+        python = writing() if command == "docs" else environment(blender, bring)
+        if command in NIMRAY and not bring:  # most need no more than numpy, the others say themselves what they lack
+            return nimray(python, command, *rest)
+        if command != "docs":
+            complete(python, bring)
         return nimray(python, command, *rest) if command in NIMRAY else known[command](python, rest)
     except SetupError as error:
-        return complain(str(error), 1)
+        return complain(str(error), error.code)
     except KeyboardInterrupt:
         return complain("stopped.", 130)
 
@@ -91,16 +102,24 @@ def settings():
 
 
 class SetupError(Exception):
-    """The environment cannot be made; the text says why and what to do."""
+    """The environment cannot be made; the text says why and what to do, and `code` is the exit code."""
+
+    def __init__(self, text, code=1):
+        super().__init__(text)
+        self.code = code
 
 
-def environment(blender):
-    """The Python of .venv (of .venv-5.0 and so on for another Blender than 4.5), made when missing or stale."""
+def environment(blender, bring=False):
+    """The Python of .venv (of .venv-5.0 and so on for another Blender than 4.5), made when missing or stale.
+
+    bring: whether to install what the system's Python lacks to make one
+    """
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     wanted = [f"bpy=={blender}.*" if need.startswith("bpy") else need for need in project["dependencies"]]
     wanted += [need for group in ("figures", "test") for need in project["optional-dependencies"][group]]
     folder = ROOT / (".venv" if blender == "4.5" else f".venv-{blender}")
-    return made(folder, wanted, lambda: interpreter(PYTHON[blender]), f"with Blender {blender} (once, about 400 MB)")
+    finder = functools.partial(maker, PYTHON[blender], bring)
+    return made(folder, wanted, finder, f"with Blender {blender} (once, about 400 MB)")
 
 
 def writing():
@@ -130,21 +149,114 @@ def made(folder, wanted, finder, what):
         )
         if done.returncode:
             shutil.rmtree(folder, ignore_errors=True)
-            reason = ([line for line in done.stderr.splitlines() if line.strip()] or ["no reason given"])[-1]
-            raise SetupError(f"the environment could not be made: {reason.strip()}")
+            raise SetupError(f"the environment could not be made: {last_line(done.stderr)}")
     stamp.write_text(mark)
     return python
 
 
+def maker(version, bring):
+    """A Python of that version that can make environments, which Debian sells apart."""
+    python = interpreter(version)
+    if subprocess.run([python, "-c", "import ensurepip"], stderr=subprocess.DEVNULL).returncode:
+        package = "python{}.{}-venv".format(*version)
+        if not bring:
+            how = (
+                f"run: apt-get update && {part_of_addon('libraries').APT} {package}"
+                if debian()
+                else f"install its package {package}."
+            )
+            raise SetupError(f"{python} cannot make environments; {how}{again()}")
+        install([package])
+    return python
+
+
 def interpreter(version):
-    """A Python of that version: this one if it fits, else one on the PATH."""
+    """A Python of that version: this one if it fits, else the first found that runs and says that it is one."""
     if sys.version_info[:2] == version:
         return sys.executable
     name = "python{}.{}".format(*version)
-    found = shutil.which(name)
-    if not found:
-        raise SetupError(f"this Blender needs {name}, which is not on the PATH; install it.")
-    return found
+    failed = None
+    for words in candidates(name):
+        try:
+            done = subprocess.run([*words, "-c", ASK], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        except OSError:
+            continue
+        found, _, path = done.stdout.strip().partition(" ")
+        if done.returncode == 0 and found == "{}.{}".format(*version):
+            return path
+        failed = failed or words[0]
+    instead = f"{failed} does not run" if failed else "there is none on the PATH, nor where pyenv and others put theirs"
+    raise SetupError(f"this Blender needs {name}, and {instead}; install it, with pyenv for example.", NO_PYTHON)
+
+
+# What a Python is asked: its version, and its own file, which a shim on the PATH (pyenv's) is not.
+ASK = "import sys; print('%d.%d' % sys.version_info[:2], sys.executable)"
+NO_PYTHON = 3  # the exit code where there is no Python for a Blender
+
+
+def candidates(name):
+    """What may be the Python of that name, such as python3.13: lists of words to run it by, the likeliest first."""
+    number = name.removeprefix("python")
+    folders = [Path(folder) for folder in os.environ.get("PATH", "").split(os.pathsep) if folder]
+    pyenv = Path(os.environ.get("PYENV_ROOT") or Path.home() / ".pyenv", "versions")
+    folders += sorted((found / "bin" for found in pyenv.glob(f"{number}*")), reverse=True)
+    folders += sorted(Path.home().glob(f".local/share/uv/python/cpython-{number}*/bin"), reverse=True)
+    folders += [Path("/usr/local/bin"), Path("/usr/bin"), Path("/opt/homebrew/bin"), *Path("/opt").glob("*/bin")]
+    yield from ([str(folder / name)] for folder in dict.fromkeys(folders) if (folder / name).exists())
+    if os.name == "nt":
+        yield ["py", f"-{number}"]
+
+
+def complete(python, bring):
+    """See that this environment's Blender finds the shared libraries it needs of the system; if `bring`, install them."""
+    module = next(python.parent.parent.glob("lib/python*/site-packages/bpy/__init__*.so"), None)
+    if sys.platform != "linux" or module is None:
+        return
+    libraries = part_of_addon("libraries")
+    names = libraries.missing_for(module)
+    if names and bring:
+        install(libraries.of_debian(names))
+        names = libraries.missing_for(module)
+    if names:
+        raise SetupError(libraries.sentence(names) + again())
+
+
+def debian():
+    """Whether this system installs packages as Debian does, and we may."""
+    return shutil.which("apt-get") is not None and os.geteuid() == 0
+
+
+def again():
+    """What a person who lacks packages may do instead, where that is so."""
+    return " (or add --system-packages here)" if debian() else ""
+
+
+def install(packages):
+    """Install packages of Debian as root; SetupError where that cannot be."""
+    if not debian():
+        raise SetupError(
+            "--system-packages is for root on Debian or Ubuntu; leave it out to be told what is missing.", 2
+        )
+    environment = {**os.environ, "DEBIAN_FRONTEND": "noninteractive"}
+    steps = (["update"], ["install", "-y", "--no-install-recommends", *packages])
+    for step in steps if packages else ():
+        words = ["apt-get", "-qq", *step]
+        done = subprocess.run(words, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        if done.returncode:
+            raise SetupError(f"{' '.join(words)} failed: {last_line(done.stderr)}")
+
+
+def part_of_addon(name):
+    """A module of nim_addon that needs nothing but the standard library."""
+    spec = importlib.util.spec_from_file_location(name, ROOT / "nim_addon" / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def last_line(text):
+    """The last line of what a program said."""
+    return ([line.strip() for line in text.splitlines() if line.strip()] or ["no reason given"])[-1]
 
 
 # ------------------------------------------------------------------------------------------------ the commands

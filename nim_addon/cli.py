@@ -16,7 +16,7 @@ import time
 from pathlib import Path
 
 from . import __version__ as VERSION
-from . import stopping
+from . import libraries, stopping
 from .physics import MEDIA, Interface, Medium
 from .physics.media import plain_minus
 
@@ -332,9 +332,7 @@ def _bpy():
         with stopping.importing():
             import bpy
     except ImportError as error:
-        raise Failure(
-            f"Blender is not installed as a Python module ({error}); run: python -m pip install bpy"
-        ) from None
+        raise Failure(libraries.why_not(error)) from None
     if bpy.app.version < OLDEST_BLENDER:
         oldest = ".".join(map(str, OLDEST_BLENDER[:2]))
         raise Failure(

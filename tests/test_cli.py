@@ -455,7 +455,7 @@ import importlib.util, pathlib, sys
 spec = importlib.util.spec_from_file_location("build", {file!r})
 build = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(build)
-build.environment = lambda blender: pathlib.Path(sys.executable)
+build.environment = lambda *_: pathlib.Path(sys.executable)
 sys.exit(build.main(sys.argv[1:]))
 """
 # a command that takes its time to clear away

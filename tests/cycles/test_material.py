@@ -199,7 +199,9 @@ bpy.ops.render.render(write_still=True)
     pixels = oiio.ImageBuf(str(picture)).get_pixels(oiio.FLOAT)[..., :3]
     assert pixels[..., [0, 2]].mean() == pytest.approx(1, abs=1e-3)
     middle = pixels.shape[0] // 2
-    assert 0.01 < pixels[middle - 8 : middle + 8, middle - 8 : middle + 8, 1].mean() < 0.6, "the tint of the file's own node is in the picture"
+    assert 0.01 < pixels[middle - 8 : middle + 8, middle - 8 : middle + 8, 1].mean() < 0.6, (
+        "the tint of the file's own node is in the picture"
+    )
 
 
 # The two backends

@@ -221,13 +221,16 @@ def write_with_metadata(image, target, metadata):
 
     Raises OSError, one sentence, where it could not be written whole, ValueError where it cannot carry that dict.
     """
+    import OpenImageIO as oiio
+
     record = json.dumps(metadata)
     image.specmod().attribute(ATTRIBUTE, record)
     maker = ascii(metadata.get("nimray", ""))[:99].strip("'")
     image.specmod().attribute("Software", f"nimray {maker}, Blender {bpy.app.version_string}")
     with quiet(2):  # OpenEXR complains there by itself
         written = image.write(str(target))
-    if image.geterror() or not written:
+        error = image.geterror() or oiio.geterror()  # else it is printed
+    if error or not written:
         raise _cut_off(target)
     # which says True on a full disk, too, and drops what a PNG is too small for
     if _record_in(target) != record and not is_full(target.parent):

@@ -76,18 +76,9 @@ def files_to(folder, name, suffixes=()):
     def finish(*files, own=False):
         return _rename(files, [folder / (file.name if own else f"{name}{file.suffix}") for file in files], part)
 
-    try:
-        with _part_of(folder, name) as part:
-            yield part, finish
-    except OSError as error:
-        if error.errno is None and not is_full(folder):  # a sentence of ours
-            raise
-        raise _cannot_write(folder, error) from None
-    except RuntimeError:
-        # of a full disk neither Blender nor OpenImageIO says so
-        if not is_full(folder):
-            raise
-        raise _cannot_write(folder, OSError()) from None
+    # within: at the end there is room again
+    with _said(folder), _part_of(folder, name) as part, _said(folder):
+        yield part, finish
 
 
 def whole(file, write):
@@ -107,35 +98,42 @@ def whole(file, write):
 @contextlib.contextmanager
 def temporary():
     """A folder (Path) for what is needed for a moment; OSError, one sentence, where the computer has no room for it."""
-    place = None
-    try:
-        with stopping.step():
-            place = tempfile.gettempdir()
+    with contextlib.ExitStack() as stack:
+        with stopping.step(), _said(None):
             folder = Path(tempfile.mkdtemp(prefix="nimray_"))
-            stack = contextlib.ExitStack()
             stack.enter_context(stopping.begun(lambda: stopping.remove(folder)))
-        with stack:
-            yield folder
-    except (OSError, RuntimeError) as error:
-        full = place is not None and is_full(place)
-        if getattr(error, "errno", None) is None and not full:
-            raise
-        reason = os.strerror(errno.ENOSPC) if full else error.strerror
-        where = f" in {place}" if place else ""
-        raise OSError(f"cannot write temporary files{where}: {reason}; make room there, or set TMPDIR.") from None
+        stack.enter_context(_said(None))
+        yield folder
 
 
 def is_full(folder):
     """Whether there is no room for a file in a folder."""
     try:
         return shutil.disk_usage(folder).free < 1 << 16
-    except OSError:  # there is no such folder
+    except (OSError, TypeError):  # there is no such folder
         return False
 
 
+@contextlib.contextmanager
+def _said(folder):
+    """Say in a sentence why nothing could be written into `folder`, None for the system's own for temporary files."""
+    try:
+        yield
+    except (OSError, RuntimeError) as error:
+        # of a full disk neither Blender nor OpenImageIO says so; without a number it is a sentence of ours
+        if getattr(error, "errno", None) is None and not is_full(folder or tempfile.tempdir):
+            raise
+        raise _cannot_write(folder, error) from None
+
+
 def _cannot_write(folder, error):
-    reason = os.strerror(errno.ENOSPC) if is_full(folder) else error.strerror or error
-    return OSError(f"cannot write into {folder}: {reason}; name another folder.")
+    place = folder or tempfile.tempdir  # None before there is one
+    reason = os.strerror(errno.ENOSPC) if is_full(place) else getattr(error, "strerror", None) or error
+    if folder:
+        return OSError(f"cannot write into {folder}: {reason}; name another folder.")
+    return OSError(
+        f"cannot write temporary files{f' in {place}' if place else ''}: {reason}; make room, or set TMPDIR."
+    )
 
 
 # ------------------------------------------------------------------------------------------------ names

@@ -130,6 +130,19 @@ def test_what_the_disk_did_not_take_is_known_before_the_names_change(tmp_path, m
     assert names(tmp_path) == ["a.txt"] and (tmp_path / "a.txt").read_text() == "old"
 
 
+@pytest.mark.parametrize("error", (RuntimeError("Blender says little."), OSError("cut off."), OSError(errno.EIO, "no")))
+def test_a_disk_that_is_full_is_known_before_what_filled_it_goes(error, tmp_path, monkeypatch, one_sentence):
+    usage = shutil.disk_usage(tmp_path)
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: usage._replace(free=0 if list(tmp_path.iterdir()) else 1 << 30))
+    with pytest.raises(OSError) as raised, files.files_to(tmp_path, "a"):
+        raise error
+    one_sentence(raised.value, f"cannot write into {tmp_path}: {os.strerror(errno.ENOSPC)}")
+    monkeypatch.setattr(files.tempfile, "tempdir", str(tmp_path))
+    with pytest.raises(OSError) as raised, files.temporary():
+        raise error
+    one_sentence(raised.value, f"temporary files in {tmp_path}: {os.strerror(errno.ENOSPC)}", "TMPDIR")
+
+
 def test_a_killed_process_is_swept_and_a_living_one_is_not(tmp_path):
     dead, living = (hold(tmp_path, name, "sys.stdin.read(); finish(part / 'half.txt')") for name in ("dead", "living"))
     (tmp_path / ".mine.12345678.part").mkdir()  # a stranger's, by its name

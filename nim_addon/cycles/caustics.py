@@ -19,11 +19,12 @@ import numpy as np
 from ..base.files import whole
 from ..stopping import interruptible
 from . import charts, lights
+from .bending import is_interface, lands, mirrors_of
 from .density import LEVELS, Density, layout
 from .material import asked_interfaces
 from .nodes import Nodes, empty_tree
-from .photons import ATTRIBUTE, Landed, Tracer, interfaces_of, lands, mirrors_of, set_materials
-from .visibility import HIDDEN, OWNER, counting, has_nodes, rendered
+from .photons import ATTRIBUTE, Landed, Tracer, set_materials
+from .visibility import HIDDEN, OWNER, asked, counting, has_nodes, rendered
 
 DIGEST = "nim_caustics_of"  # of the collection: digest() of the scene that was traced
 MULTIPLE = "nim_caustics_multiple"  # of a lamp: whether it was found by chance too; of a sky: how it was sampled
@@ -118,7 +119,7 @@ class Bake:
                 "no light lands by way of an interface; let the lamps shine on the NIM, and it on something."
             )
         colors = np.array([_color(light) for light, _ in self.sources])
-        alike = np.ptp(colors, axis=0).max() < 1e-6 and not self.tracer.tinted
+        alike = np.ptp(colors, axis=0).max() < 1e-6 and not self.tracer.bending.tinted
         names = ("side", "place", "power", "share")
         sample = Landed(*(np.concatenate([getattr(one, name) for one in trial]) for name in names))
         textures = layout(self.tracer.charts, sample, self.texels)
@@ -258,7 +259,7 @@ def _shape_mark(data):
 
 
 def _material_mark(material):
-    nodes = [*interfaces_of(material), *mirrors_of(material)]
+    nodes = [one.node for one in asked(material) if is_interface(one.node)] + [one.node for one in mirrors_of(material)]
     if not nodes:
         return "lands" if lands(material) else "dark"
     sockets = [socket for node in nodes for socket in node.inputs if hasattr(socket, "default_value")]

@@ -11,18 +11,13 @@ import numpy as np
 from mathutils.bvhtree import BVHTree
 
 from . import charts, lights, settings
+from .bending import POWER, WHITE, Bending, bends, lands, switch
 from .charts import Chart, Part, read
-from .material import MARK, fill_group, interface_nodes, interface_of
 from .nodes import Nodes, empty_tree
 from .render import pixels_of
-from .visibility import as_rendered, counting, has_nodes, shown
+from .visibility import as_rendered, shown
 
 ATTRIBUTE = "nim_place"
-# Within a medium light is counted for less (Tracer.shares). The share of a crossing, (n_i / n_t)^2, travels as a colour
-# (1, 2 - s, s), which must stay positive and of mean 1, so that no path changes: s is the share to a small power.
-POWER = 0.05
-WHITE = (1.0, 1.0, 1.0)
-SHINY = 0.003  # Cycles takes a rougher closure as not quite a mirror, and finds lamps in it
 KINDS = ("objects", "meshes", "materials", "worlds", "cameras", "scenes", "node_groups")
 SAMPLES = 5  # points along an edge of a box that light is sent at
 
@@ -58,7 +53,7 @@ class Tracer:
 
     def __init__(self, scene):
         self.source = scene
-        self.charts, self.parts, self.trees, self.tinted, self.shares = [], [], [], False, set()
+        self.charts, self.parts = [], []
 
     def __enter__(self):
         before = {kind: set(getattr(bpy.data, kind)) for kind in KINDS}
@@ -87,12 +82,8 @@ class Tracer:
         scene.world = bpy.data.worlds.new("NIM photons")
         scene.world.color = (0, 0, 0)
         empty_tree(scene.world)
-        self.group = self._optics()
+        self.bending = Bending()
         self.shine = self._shining()
-        self.dark = bpy.data.materials.new("NIM dark")
-        nodes = Nodes(empty_tree(self.dark))
-        nodes.end(nodes.add("ShaderNodeHoldout"))
-        self.bending = {}  # materials for photons, by the name of what they stand for
         bent, corners, self.surfaces = [], [], []
         with as_rendered(self.source) as depsgraph:
             # hiding these, as a copy in their place asks for, would hide their instances
@@ -139,7 +130,7 @@ class Tracer:
             if matrix.determinant() < 0:
                 mesh.flip_normals()
             matrix = mathutils.Matrix.Identity(4)
-        bending = [self._bending(material) for material in one.materials]
+        bending = [self.bending.of(material, one.original.name) for material in one.materials]
         lands_here = [not b and lands(m) for b, m in zip(bending, one.materials, strict=True)]
         # what cannot be given a light of its own only throws a shadow
         if any(lands_here) and lit:
@@ -147,86 +138,13 @@ class Tracer:
         else:
             lands_here = [False] * len(lands_here)
         set_materials(
-            mesh, [b or (self.shine if land else self.dark) for b, land in zip(bending, lands_here, strict=True)]
+            mesh,
+            [b or (self.shine if land else self.bending.dark) for b, land in zip(bending, lands_here, strict=True)],
         )
         copy = bpy.data.objects.new("NIM photons", mesh)
         copy.matrix_world = matrix
         self.scene.collection.objects.link(copy)
-        return copy, any(bending), _box(mesh, matrix)
-
-    def _bending(self, material):
-        """The material that bends or mirrors photons as `material` does light; None for one that does neither."""
-        if not has_nodes(material):
-            return None
-        if material.name_full in self.bending:
-            return self.bending[material.name_full]
-        mirrors = mirrors_of(material)
-        if not mirrors and not interfaces_of(material):
-            return None
-        copy = material.copy()
-        for node in interfaces_of(copy):
-            self._note(interface_of(node), node)
-            node.node_tree = self.group
-        for node in mirrors_of(copy):
-            if node.type == "BSDF_GLASS":
-                self._vitrify(copy.node_tree, node)
-            else:
-                self._tame(copy.node_tree, node)
-        if mirrors:
-            self.trees.append(copy.node_tree)
-        self.bending[material.name_full] = copy
-        return copy
-
-    def _note(self, interface, node):
-        """Remember what an interface does to light: to its counting (None where a link decides), and to its colour."""
-        self.shares.add(interface and round((interface.outside.n / interface.inside.n) ** 2, 9))
-        tint = node.inputs["Tint"]
-        self.tinted |= tint.is_linked or min(tint.default_value[:3]) < 1 or max(tint.default_value[:3]) > 1
-
-    def _vitrify(self, tree, glass):
-        """Put our interface, whose crossings are counted, in the place of Blender's Glass: they are the same."""
-        inputs = {"Index Inside": _fed(glass.inputs["IOR"]), "Tint": _fed(glass.inputs["Color"])}
-        inputs |= {"Index Outside": 1.0, "Permeability Inside": 1.0, "Permeability Outside": 1.0}
-        if glass.inputs["Normal"].is_linked:
-            inputs["Normal"] = _fed(glass.inputs["Normal"])
-        node = Nodes(tree).add("ShaderNodeGroup", node_tree=self.group, inputs=inputs)
-        for link in list(glass.outputs[0].links):
-            tree.links.new(node.outputs[0], link.to_socket)
-        self._note(interface_of(node), node)
-
-    def _tame(self, tree, node):
-        """Let a mirror's colour, or a refraction's, count only while the photons' colours are asked for."""
-        nodes = Nodes(tree)
-        color, ior = (_fed(node.inputs[name]) if name in node.inputs else None for name in ("Color", "IOR"))
-        self.tinted |= not isinstance(color, tuple) or color[:3] != WHITE
-        color = nodes.mix(_switch(nodes, "tinted"), WHITE, color)
-        if node.type == "BSDF_REFRACTION":
-            self.shares.add(round(ior**-2, 9) if isinstance(ior, float) and ior > 0 else None)
-            back = nodes.add("ShaderNodeNewGeometry").outputs["Backfacing"]
-            exponent = nodes.math("MULTIPLY_ADD", back, 4 * POWER, -2 * POWER)
-            color = nodes.mix(_switch(nodes, "counted"), color, _count(nodes, nodes.math("POWER", ior, exponent)))
-        nodes.feed(node.inputs["Color"], color)
-
-    def _optics(self):
-        """The group of the interface in Blender's nodes, with switches for its tint and for what crossings count."""
-        group = bpy.data.node_groups.new("NIM photons", "ShaderNodeTree")
-        fill_group(group, "nodes")
-        del group[MARK]  # no material of the file is to take it
-        named = {node.label: node for node in group.nodes}
-        nodes = Nodes(group)
-        # Blender's Glass cannot tell what it reflects from what it lets through
-        either = named["either"].inputs[0]
-        group.links.remove(either.links[0])
-        either.default_value = 0.0
-        tint = named["reflected"].inputs["Color"].links[0].from_socket
-        whole = nodes.mix(_switch(nodes, "tinted"), WHITE, tint)
-        count = _count(nodes, nodes.math("POWER", named["q^2"].outputs[0], POWER))
-        counted = nodes.mix(_switch(nodes, "counted"), whole, count)
-        nodes.feed(named["reflected"].inputs["Color"], whole)
-        for label in ("transmitted, same signs", "transmitted, signs differ"):
-            nodes.feed(named[label].inputs["Color"], counted)
-        self.trees.append(group)
-        return group
+        return copy, any(bends(material) for material in one.materials), _box(mesh, matrix)
 
     def _mark(self, mesh, matrix, lands_here, one):
         """Give each corner of the faces that light lands on its place in a chart: (1 to 2, 1 to 2, 4 (chart + 1))."""
@@ -272,17 +190,11 @@ class Tracer:
         more = nodes.math("MULTIPLY_ADD", back, 2.0, nodes.math("FLOORED_MODULO", crossed, 2.0))
         place = nodes.add("ShaderNodeAttribute", attribute_name=ATTRIBUTE).outputs["Vector"]
         place = nodes.vector("ADD", place, nodes.add("ShaderNodeCombineXYZ", inputs={2: more}).outputs[0])
-        color = nodes.mix(_switch(nodes, "white"), place, WHITE)
+        color = nodes.mix(switch(nodes, "white"), place, WHITE)
         nodes.end(nodes.add("ShaderNodeEmission", inputs={"Color": color, "Strength": met}))
         material.cycles.emission_sampling = "NONE"
-        self.trees.append(nodes.tree)
+        self.bending.trees.append(nodes.tree)
         return material
-
-    def _set(self, **switches):
-        for tree in self.trees:
-            for name, value in switches.items():
-                if f"NIM {name}" in tree.nodes:
-                    tree.nodes[f"NIM {name}"].outputs[0].default_value = value
 
     def check_outside(self, name, place):
         """Raise ValueError, one sentence, for a lamp that stands within a medium: its light is counted as from outside."""
@@ -311,8 +223,9 @@ class Tracer:
         `first`: passes to leave out, as those that were traced before.
         """
         random = np.random.default_rng(seed)
-        pairs = len(self.shares) == 1 and None not in self.shares
-        inside = next(iter(self.shares)) if pairs else 1.0
+        shares = self.bending.shares
+        pairs = len(shares) == 1 and None not in shares
+        inside = next(iter(shares)) if pairs else 1.0
         for index, shot in enumerate(light.shots(self.target, photons, passes, random)):
             if index < first:
                 continue
@@ -320,18 +233,18 @@ class Tracer:
             lights.aim(self.camera, self.scene, shot)
             # the first sample of a pixel sits at its centre, whatever the seed: it is left out
             settings.one_sample(self.scene, index + 1, passes + 1)
-            self._set(white=0.0, tinted=0.0, counted=0.0)
+            self.bending.set(white=0.0, tinted=0.0, counted=0.0)
             pixels = pixels_of(self.scene)
             there = pixels[..., 2] > 0.5
             code = np.rint(pixels[there][:, 2]).astype(int)
             power = np.broadcast_to(shot.power, pixels.shape)[there]
-            if self.tinted:
-                self._set(white=1.0, tinted=1.0)
+            if self.bending.tinted:
+                self.bending.set(white=1.0, tinted=1.0)
                 power = power * pixels_of(self.scene)[there]
             if pairs:
                 share = np.where(code % 2 == 1, inside, 1.0)
             else:
-                self._set(white=1.0, tinted=0.0, counted=1.0)
+                self.bending.set(white=1.0, tinted=0.0, counted=1.0)
                 share = pixels_of(self.scene)[there][:, 2] ** (1 / POWER)
             yield self._landed(code, pixels[there], power, share)
 
@@ -373,53 +286,6 @@ def _is_plain(matrix):
 
 def _since(before):
     return [data for kind in KINDS for data in set(getattr(bpy.data, kind)) - before[kind]]
-
-
-def lands(material):
-    """Whether light lands on a material: it scatters diffusely."""
-    kinds = {"BSDF_DIFFUSE", "BSDF_PRINCIPLED", "EEVEE_SPECULAR", "SUBSURFACE_SCATTERING", "BSDF_TRANSLUCENT"}
-    return not has_nodes(material) or any(node.type in kinds for node in counting(material))
-
-
-def interfaces_of(material):
-    """The interface nodes of a bpy.types.Material (or None) that a render asks."""
-    asked = counting(material)
-    return [node for node in interface_nodes(material) if node in asked]
-
-
-def mirrors_of(material):
-    """The nodes of a bpy.types.Material that mirror or bend light sharply, as photons can; none where it also scatters."""
-    kinds = {"BSDF_GLOSSY", "BSDF_GLASS", "BSDF_REFRACTION"}
-    if lands(material):
-        return []
-    nodes = [node for node in counting(material) if node.type in kinds]
-    sharp = all(not n.inputs["Roughness"].is_linked and n.inputs["Roughness"].default_value <= SHINY for n in nodes)
-    return nodes if sharp else []
-
-
-def _fed(socket):
-    """What feeds a socket: an output, or the value that it has."""
-    if socket.is_linked:
-        return socket.links[0].from_socket
-    value = socket.default_value
-    return value if isinstance(value, float) else tuple(value)
-
-
-def _count(nodes, power):
-    """The colour that counts a crossing whose share has that POWER."""
-    rest = nodes.math("SUBTRACT", 2.0, power)
-    return nodes.add("ShaderNodeCombineXYZ", inputs={0: 1.0, 1: rest, 2: power}).outputs[0]
-
-
-def _switch(nodes, name):
-    """The output of a tree's Value node that Tracer._set() finds by that name, made where there is none."""
-    name = f"NIM {name}"
-    node = nodes.tree.nodes.get(name)
-    if node is None:
-        node = nodes.add("ShaderNodeValue")
-        node.name = name
-        node.outputs[0].default_value = 0.0
-    return node.outputs[0]
 
 
 def _box(mesh, matrix):

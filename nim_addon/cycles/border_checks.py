@@ -6,8 +6,7 @@ import bpy
 from .borders import Borders, Misfit
 from .material import asked_interfaces
 from .problem import LINKED, Problem
-from .sight import Sight
-from .surroundings import BACK, FRONT, same, survey
+from .surroundings import BACK, FRONT, same
 
 # By Misfit.kind: what is said of one thing, and of several; {medium} is what `other` says, {own} what the thing says.
 SENTENCES = {
@@ -36,9 +35,8 @@ REMEDIES = {FRONT: "Set the outside", BACK: "Set the inside"}
 SOCKETS = {FRONT: "Outside", BACK: "Inside"}
 
 
-def find(sight: Sight) -> list[Problem]:
+def find(borders: Borders) -> list[Problem]:
     """The Problems of media that do not fit to what is around them."""
-    borders = Borders(survey(sight))
     groups = {}
     for one in borders.misfits:
         material = _material(borders, one.patch)

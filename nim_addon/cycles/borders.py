@@ -55,7 +55,7 @@ class Borders:
         That a part's faces point inwards is no fault by itself: the inner surface of a shell may be made so, with the
         same media as its outer one. What surrounds a part decides; where nothing does, faces point outwards.
         """
-        closed = {key for key in self._by_part if self._is_closed(key)}
+        closed = set() if self.around.blind else {key for key in self._by_part if self._is_closed(key)}
         out = {key: FRONT if self.part(key).volume > 0 else BACK for key in closed}
         lone = len(self.patches) < 2
         holders = {

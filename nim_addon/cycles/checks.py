@@ -3,7 +3,7 @@
 
 import bpy
 
-from . import border_checks, mesh_checks, place_checks, ray_checks, settings, value_checks, visibility
+from . import mesh_checks, ray_checks, settings, value_checks, visibility
 from .material import MARK, asked_interfaces, device_runs_osl, interface_group, osl_available
 from .problem import Problem
 from .sight import look
@@ -108,7 +108,7 @@ def _use_osl(scene, problem):
 
 
 # Each finds the Problems of its kind in a sight.Sight; slow ones are quick where Sight.measured() has kept what they know.
-CHECKS = [*ray_checks.CHECKS, value_checks.find, mesh_checks.find, border_checks.find, place_checks.find]
+CHECKS = [*ray_checks.CHECKS, value_checks.find, mesh_checks.find]
 # {code of a Problem that has a remedy: function(scene, problem) that does it}
 MENDS = {
     "engine": _use_cycles,
@@ -119,5 +119,4 @@ MENDS = {
     **ray_checks.MENDS,
     **value_checks.MENDS,
     **mesh_checks.MENDS,
-    **border_checks.MENDS,
 }

@@ -8,7 +8,7 @@ import bpy
 import bmesh
 import numpy as np
 
-from . import visibility
+from . import border_checks, place_checks, visibility
 from .borders import Borders
 from .problem import Problem, about, own_data
 from .sight import Sight, look
@@ -30,10 +30,10 @@ SMOOTH = 0.87
 
 
 def find(sight: Sight) -> list[Problem]:
-    """The Problems of the meshes that wear an interface."""
-    around = survey(sight)
-    borders = Borders(around)
-    return _normals(sight, borders) + _holes(sight, borders) + _doubled(sight, borders)
+    """The Problems of the meshes that wear an interface, of where they are, and of the media that border on them."""
+    borders = Borders(survey(sight))
+    own = _normals(sight, borders) + _holes(sight, borders) + _doubled(sight, borders)
+    return own + border_checks.find(borders) + place_checks.find(sight, borders.around)
 
 
 # ---------------------------------------------------------------------------------------------------- normals
@@ -333,4 +333,10 @@ class _Edited:
         self.shape.free()
 
 
-MENDS = {"normals": _turn_out, "open": _close, "open_volume": _close, "doubled": _remove_doubled}
+MENDS = {
+    **border_checks.MENDS,
+    "normals": _turn_out,
+    "open": _close,
+    "open_volume": _close,
+    "doubled": _remove_doubled,
+}

@@ -61,6 +61,17 @@ class Rim(NamedTuple):
     face: np.ndarray
 
 
+class _Edges(NamedTuple):
+    """Corners (N,) where edges begin: the edge, where it starts and ends, the face; and the faces of each edge (E,)."""
+
+    edge: np.ndarray
+    faces: np.ndarray
+    start: np.ndarray
+    end: np.ndarray
+    face: np.ndarray
+    loop: np.ndarray
+
+
 class Solid:
     """The parts of a bpy.types.Mesh, in its own coordinates; keeps no Blender data.
 
@@ -76,126 +87,161 @@ class Solid:
 
     def __init__(self, mesh: bpy.types.Mesh):
         self._read(mesh)
-        self._weld()
-        self._divide()
+        self._divide(self._welded(mesh))
 
     def _read(self, mesh):
         count = len(mesh.polygons)
-        self.points = np.empty((len(mesh.vertices), 3), np.float32)
-        mesh.vertices.foreach_get("co", self.points.ravel())
-        self.corners = np.empty(len(mesh.loops), np.int32)
-        mesh.loops.foreach_get("vertex_index", self.corners)
+        self.points = _attribute(mesh, "position", "vector", 3, np.float32)
+        self.corners = _attribute(mesh, ".corner_vert", "value", 1, np.int32)
         self.begins = np.empty(count + 1, np.int32)
         mesh.polygons.foreach_get("loop_start", self.begins[:-1])
         self.begins[-1] = len(self.corners)
         self.material = np.empty(count, np.int32)
         mesh.polygons.foreach_get("material_index", self.material)
-        self.faces = np.repeat(np.arange(count), np.diff(self.begins))
-        self.ahead = np.arange(1, len(self.corners) + 1)
-        self.ahead[self.begins[1:] - 1] = self.begins[:-1]
-        self.middle = self.points.mean(axis=0, dtype=float) if len(self.points) else np.zeros(3)
-        self.low, self.high = bounds(self.points[self.corners])
+        self.low, self.high = bounds(self.points[np.unique(self.corners)] if count else self.points)
         self.size = float(np.linalg.norm(self.high - self.low))
-        places = self.points - self.middle.astype(np.float32)
-        first = places[self.corners[self.begins[:-1]]]
-        legs = (places[self.corners] - first[self.faces]).astype(float)
-        fans = np.cross(legs, legs[self.ahead]) / 2
-        self.area = np.add.reduceat(fans, self.begins[:-1]) if count else np.zeros((0, 3))
-        self.volumes = np.einsum("ij,ij->i", first, self.area) / 3
+        places = self.points - ((self.low + self.high) / 2).astype(np.float32)
+        if len(self.corners) == 3 * count:
+            a, b, c = np.moveaxis(places[self.corners.reshape(-1, 3)], 1, 0)
+            self.area = np.cross(b - a, c - a).astype(float) / 2
+        else:
+            a = places[self.corners[self.begins[:-1]]]
+            legs = places[self.corners] - a[self._faces()]
+            self.area = np.add.reduceat(np.cross(legs, legs[self._ahead()]), self.begins[:-1]).astype(float) / 2
+        self._volumes = np.einsum("ij,ij->i", a, self.area) / 3
+
+    def _faces(self):
+        """(L,) the face of each corner."""
+        return np.repeat(np.arange(self.count, dtype=np.int32), np.diff(self.begins))
+
+    def _ahead(self):
+        """(L,) the corner after each, round its face."""
+        ahead = np.arange(1, len(self.corners) + 1, dtype=np.int32)
+        ahead[self.begins[1:] - 1] = self.begins[:-1]
+        return ahead
 
     @property
     def count(self):
         """How many faces."""
         return len(self.material)
 
-    def _weld(self):
-        """Give each vertex the number of the first one in its place, in self.same; find edges."""
+    def _welded(self, mesh):
+        """The _Edges, once each vertex has in self.same the number of the first one in its place."""
         _, first, same = np.unique(_words(self.points), return_index=True, return_inverse=True)
         self.same = first[same.ravel()]
-        self._find_edges()
-        lonely = self.edge_faces[self.edge] == 1
+        alone = len(first) == len(self.points)
+        edges = self._edges(_attribute(mesh, ".corner_edge", "value", 1, np.int32) if alone else None)
+        lonely = edges.faces[edges.edge] == 1
         if not lonely.any():
-            return
+            return edges
         # only what is on a rim: elsewhere small things may stay small
-        ends = np.unique([self._starts[lonely], self._ends[lonely]])
-        lengths = np.linalg.norm(self.points[self._starts[lonely]] - self.points[self._ends[lonely]], axis=1)
-        reach = min(WELD * self.size, np.median(lengths) / 4)
+        start, end = edges.start[lonely], edges.end[lonely]
+        ends = np.unique([start, end])
+        reach = min(WELD * self.size, np.median(np.linalg.norm(self.points[start] - self.points[end], axis=1)) / 4)
         pairs = [np.zeros((0, 2), int)]
         for shift in product((0, 0.5), repeat=3) if reach > 0 else ():
             cells = np.floor((self.points[ends] - self.low) / (2 * reach) + shift).astype(np.int64)
             _, one, which = np.unique(cells, axis=0, return_index=True, return_inverse=True)
             pairs.append(np.stack([ends, ends[one[which.ravel()]]], -1))
         a, b = np.concatenate(pairs).T
-        if (a != b).any():
-            self.same = components(len(self.points), a, b)[self.same]
-            self._find_edges()
+        if (a == b).all():
+            return edges
+        self.same = components(len(self.points), a, b)[self.same]
+        return self._edges()
 
-    def _find_edges(self):
-        start = self.same[self.corners]
-        end = start[self.ahead] if len(start) else start
-        keys = _salt(len(self.points))[start]
-        # faces of the same vertices, whatever their order
-        key = np.add.reduceat(keys, self.begins[:-1]) if self.count else keys[:0]
-        _, first, which = np.unique(key, return_index=True, return_inverse=True)
-        self.doubled = first[which.ravel()] != np.arange(self.count)
-        self.first = first[which.ravel()]
-        # a face that welding leaves without area joins its neighbours to each other
-        sides = np.bincount(self.faces[start != end], minlength=self.count)
-        kept = (start != end) & (sides[self.faces] > 2) & ~self.doubled[self.faces]
-        self._starts, self._ends, self._of = start[kept], end[kept], self.faces[kept]
-        self._loops = np.flatnonzero(kept)
-        low, high = np.minimum(self._starts, self._ends), np.maximum(self._starts, self._ends)
-        _, edge, faces = np.unique(
-            low.astype(np.int64) * len(self.points) + high, return_inverse=True, return_counts=True
-        )
-        self.edge, self.edge_faces = edge.ravel(), faces
+    def _edges(self, edge=None):
+        """The _Edges between the vertices of self.same; `edge`: (L,) those of the mesh, where nothing is welded."""
+        start, faces = self.same[self.corners], self._faces()
+        end = start[self._ahead()] if len(start) else start
+        self.doubled, self.first = np.zeros(self.count, bool), None
+        loops = np.arange(len(start))
+        if edge is None:
+            # a face that welding leaves without area joins its neighbours to each other
+            sides = np.bincount(faces[start != end], minlength=self.count)
+            loops = np.flatnonzero((start != end) & (sides[faces] > 2))
+        found = self._counted(edge, start, end, faces, loops)
+        if (found.faces > 2).any():
+            # faces of the same vertices, whatever their order
+            key = np.add.reduceat(_salt(len(self.points))[start], self.begins[:-1])
+            _, first, which = np.unique(key, return_index=True, return_inverse=True)
+            self.first = first[which.ravel()]
+            self.doubled = self.first != np.arange(self.count)
+            if self.doubled.any():
+                found = self._counted(edge, start, end, faces, loops[~self.doubled[faces[loops]]])
+        return found
 
-    def _divide(self):
-        forward = self._starts < self._ends
-        order = np.argsort(self.edge, kind="stable")
-        pairs = order[self.edge_faces[self.edge[order]] == 2].reshape(-1, 2)
-        f, g = self._of[pairs].T
-        opposed = forward[pairs[:, 0]] == forward[pairs[:, 1]]
-        count = self.count
-        whole = components(count, f, g)
-        whole = whole[self.first] if self.doubled.any() else whole
-        roots, self.part = np.unique(whole, return_inverse=True)
-        self.part = self.part.ravel()
-        self.turned, orientable = np.zeros(count, bool), np.ones(len(roots), bool)
-        disagreeing = np.zeros(len(roots), bool)
+    def _counted(self, edge, start, end, faces, loops):
+        start, end = start[loops], end[loops]
+        if edge is None:
+            key = np.minimum(start, end).astype(np.int64) * len(self.points) + np.maximum(start, end)
+            _, edge, count = np.unique(key, return_inverse=True, return_counts=True)
+            edge = edge.ravel()
+        else:
+            edge = edge[loops]
+            count = np.bincount(edge) if len(edge) else np.zeros(0, int)
+        return _Edges(edge, count, start, end, faces[loops], loops)
+
+    def _divide(self, edges):
+        two = edges.faces == 2
+        one, other = np.zeros(len(two), np.int64), np.zeros(len(two), np.int64)
+        order = np.arange(len(edges.edge))
+        other[edges.edge] = order  # the last of an edge's loops stays
+        one[edges.edge[::-1]] = order[::-1]
+        one, other = one[two], other[two]
+        f, g = edges.face[one], edges.face[other]
+        opposed = edges.start[one] == edges.start[other]
+        whole = components(self.count, f, g)
+        whole = whole if self.first is None else whole[self.first]
+        roots = np.flatnonzero(whole == np.arange(self.count))
+        number = np.zeros(self.count, np.int32)
+        number[roots] = np.arange(len(roots))
+        self.part = number[whole]
+        orientable, disagreeing = np.ones(len(roots), bool), np.zeros(len(roots), bool)
+        self.turned = np.zeros(self.count, bool)
         size = np.linalg.norm(self.area, axis=1)
-        area = np.bincount(self.part, size, len(roots))
         if opposed.any():
             disagreeing[self.part[f[opposed]]] = True
-            # each face twice, as it is and turned: those that go together are the components
-            a, b = np.concatenate([f, f + count]), np.concatenate([g + count * opposed, g + count * ~opposed])
-            both = components(2 * count, a, b)
-            orientable = both[roots] != both[roots + count]
-            self.turned = (both[:count] != both[roots[self.part]]) & ~self.doubled
-            most = np.bincount(self.part, size * self.turned, len(roots)) > area / 2
-            self.turned ^= most[self.part] & disagreeing[self.part]
-        sign = np.where(self.turned, -1.0, 1.0)
-        alone = ~self.doubled
-        volume = np.bincount(self.part, self.volumes * sign * alone, len(roots))
-        net = [np.bincount(self.part, self.area[:, axis] * sign * alone, len(roots)) for axis in range(3)]
-        holes, seams = self._ends_of(len(roots))
-        faces = np.bincount(self.part, minlength=len(roots))
-        self.parts = tuple(
-            Part(*map(int, (holes[i], seams[i])), not disagreeing[i], bool(orientable[i]), float(volume[i]), float(area[i]),
-                 float(np.linalg.norm([axis[i] for axis in net])), int(faces[i]))
-            for i in range(len(roots))
-        )  # fmt: skip
-        lonely = self.edge_faces[self.edge] == 1
-        loops = self._loops[lonely]
-        self.rim = Rim(self.corners[loops], self.corners[self.ahead[loops]], self._of[lonely])
+            orientable = self._turn(f, g, opposed, roots, size)
+        sign = np.where(self.turned, -1.0, 1.0) * ~self.doubled
+        net = [np.bincount(self.part, self.area[:, axis] * sign, len(roots)) for axis in range(3)]
+        holes, seams = self._ends_of(edges, len(roots))
+        columns = (
+            holes,
+            seams,
+            ~disagreeing,
+            orientable,
+            np.bincount(self.part, self._volumes * sign, len(roots)),
+            np.bincount(self.part, size, len(roots)),
+            np.linalg.norm(net, axis=0),
+            np.bincount(self.part, minlength=len(roots)),
+        )
+        self.parts = tuple(Part(*values) for values in zip(*(column.tolist() for column in columns), strict=True))
+        lonely = edges.faces[edges.edge] == 1
+        ahead = self._ahead() if lonely.any() else edges.loop
+        loops = edges.loop[lonely]
+        self.rim = Rim(self.corners[loops], self.corners[ahead[loops]], edges.face[lonely])
+        del self._volumes, self.first
 
-    def _ends_of(self, parts):
+    def _turn(self, f, g, opposed, roots, size):
+        """Find the faces to be turned, in self.turned, the lesser area of each part; whether each part can agree."""
+        # each face twice, as it is and turned: those that go together are the components
+        count = self.count
+        a, b = np.concatenate([f, f + count]), np.concatenate([g + count * opposed, g + count * ~opposed])
+        both = components(2 * count, a, b)
+        self.turned = (both[:count] != both[roots[self.part]]) & ~self.doubled
+        whole = np.bincount(self.part, size * ~self.doubled, len(roots))
+        most = np.bincount(self.part, size * self.turned, len(roots)) > whole / 2
+        self.turned ^= most[self.part] & ~self.doubled
+        return both[roots] != both[roots + count]
+
+    def _ends_of(self, edges, parts):
         """Holes and seams of each part."""
-        total = self.edge_faces[self.edge]
-        holes = np.bincount(self.part[self._of[total == 1]], minlength=parts)
+        total = edges.faces[edges.edge]
+        holes = np.bincount(self.part[edges.face[total == 1]], minlength=parts)
         many = total > 2
-        own, count = np.unique(self.edge[many] * np.int64(parts) + self.part[self._of[many]], return_counts=True)
-        seams = np.bincount((own % parts)[count % 2 == 1], minlength=parts) if parts else holes
+        own = edges.edge[many] * np.int64(max(parts, 1)) + self.part[edges.face[many]]
+        own, count = np.unique(own, return_counts=True)
+        seams = np.bincount((own % max(parts, 1))[count % 2 == 1], minlength=parts)
         return holes, seams
 
     @cached_property
@@ -204,20 +250,11 @@ class Solid:
         faces = np.split(self.corners, self.begins[1:-1]) if self.count else []
         return BVHTree.FromPolygons(self.points.tolist(), [face.tolist() for face in faces])
 
-    @cached_property
-    def part_bounds(self):
-        """Lowest and highest coordinates of each part, (P, 3) each."""
-        low, high = np.full((len(self.parts), 3), np.inf), np.full((len(self.parts), 3), -np.inf)
-        part, points = self.part[self.faces], self.points[self.corners]
-        np.minimum.at(low, part, points)
-        np.maximum.at(high, part, points)
-        return low, high
-
     def samples(self, chosen: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Places on the faces that `chosen` (F,) marks, spread over their area: points (N, 3), unit normals, faces (N,)."""
         which = np.flatnonzero(chosen & (np.einsum("ij,ij->i", self.area, self.area) > 0))
-        if not len(which):
-            return np.zeros((0, 3)), np.zeros((0, 3)), which
+        if not len(which) or not count:
+            return np.zeros((0, 3)), np.zeros((0, 3)), which[:0]
         run = np.cumsum(np.linalg.norm(self.area[which], axis=1))
         # not at halves: the mesh may be as regular as these are
         picks = np.searchsorted(run, run[-1] * (np.arange(count) + 0.382) / count)
@@ -300,6 +337,15 @@ def components(count: int, a: np.ndarray, b: np.ndarray) -> np.ndarray:
 def bounds(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Lowest and highest coordinates (3,) of points (N, 3); zeros where there is none."""
     return (points.min(axis=0), points.max(axis=0)) if len(points) else (np.zeros(3), np.zeros(3))
+
+
+def _attribute(mesh, name, member, width, kind):
+    """What a mesh has of an attribute: read like this it is copied at once, not one by one."""
+    data = mesh.attributes[name].data if name in mesh.attributes else ()
+    values = np.empty((len(data), width) if width > 1 else len(data), kind)
+    if len(data):
+        data.foreach_get(member, values.ravel())
+    return values
 
 
 def _words(points):

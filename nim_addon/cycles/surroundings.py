@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which medium lies around each interface, found by casting rays: what they meet first says what they have run through."""
 
+import math
 from collections import Counter
 from functools import cached_property
 from typing import NamedTuple
@@ -20,6 +21,10 @@ LARGEST = 500_000  # faces of a mesh that may stand in a ray's way
 MOST = 2000  # bodies that may
 NEAR = 1e-5  # where rays start, off the face, relative to the size of the mesh
 TOUCHED = 24  # points on each patch that may lie on faces of something else
+AT_ONCE = 500_000  # rays times bodies
+RAYS = 12_000  # in all, about: where there are many patches, fewer leave each
+PANEL = 100  # patches of interfaces for which rays are cast while a panel waits
+AIMS = 4  # rays from each point that are aimed at other interfaces
 RIM = 32  # places on the rim of an open part
 SLANTS = (0.0, 0.8, 0.8, 0.8, 0.8)  # sines of the angles that rays leave at, evenly round the normal
 
@@ -63,6 +68,7 @@ class Body:
         corners = np.stack(np.meshgrid(*zip(solid.low, solid.high, strict=True)), -1).reshape(-1, 3)
         self.low, self.high = bounds(self.world(corners))
         self.size = float(np.linalg.norm(self.high - self.low))
+        self.heavy = solid.count > LARGEST  # rays pass it
         self.flat = abs(np.linalg.det(self.matrix[:3, :3])) < 1e-30
 
     @property
@@ -73,7 +79,7 @@ class Body:
     @cached_property
     def inverse(self):
         """World to the mesh's own coordinates, (4, 4)."""
-        return np.linalg.inv(self.matrix)
+        return np.array(self.one.matrix.inverted_safe(), float)
 
     def world(self, points):
         """Points (..., 3) of the mesh in the world."""
@@ -85,7 +91,7 @@ class Body:
 
     def has(self, place, normal, reach):
         """Whether a face passes, along that normal or against it, a point of the world as near as `reach`."""
-        met, _, face, _ = self.solid.tree.find_nearest(self.local(place).tolist())
+        met, _, face, _ = (None,) * 4 if self.heavy else self.solid.tree.find_nearest(self.local(place).tolist())
         if met is None or np.linalg.norm(self.world(np.array(met)) - place) > reach:
             return False
         other = self.solid.area[face] @ self.inverse[:3, :3]
@@ -109,14 +115,23 @@ class Body:
         return known[side] if known else None
 
     def cast(self, origin, direction):
-        """(distance, face, side) of the first face that a ray in the world meets, or None. direction: (3,), unit."""
+        """(distance, face, side) of the first face that a ray in the world meets, or None; volumes alone it passes.
+
+        origin, direction: (3,), the latter unit
+        """
+        if self.heavy:
+            return None
         place = self.local(origin)
         along = self.inverse[:3, :3] @ direction
-        met, _, face, _ = self.solid.tree.ray_cast(place.tolist(), along.tolist())
-        if met is None:
-            return None
-        side = FRONT if along @ self.solid.area[face] < 0 else BACK
-        return float((self.world(np.array(met)) - origin) @ direction), face, side
+        for _ in range(16 if self.open else 1):
+            met, _, face, _ = self.solid.tree.ray_cast(place.tolist(), along.tolist())
+            if met is None:
+                return None
+            if self.slot(face) not in self.open:
+                side = FRONT if along @ self.solid.area[face] < 0 else BACK
+                return float((self.world(np.array(met)) - origin) @ direction), face, side
+            place = np.array(met) + NEAR * self.solid.size * along / np.linalg.norm(along)
+        return None
 
 
 class Surroundings:
@@ -124,7 +139,10 @@ class Surroundings:
 
     bodies: list of Body, the interfaces among them and what else may stand in a ray's way
     memory: a dict in which what rays met is kept for the next time that the same meshes are in the same places
+    blind:  whether there are too many interfaces for now, so that no rays are cast
     """
+
+    blind = False
 
     def __init__(self, bodies: list[Body], memory: dict | None = None):
         self.bodies = [body for body in bodies if body.solid.count and not body.flat]
@@ -150,36 +168,38 @@ class Surroundings:
                         found.append(Patch(index, part, slot))
         return found
 
-    def _candidates(self, origin, direction):
-        """Indices of the bodies whose bounds a ray meets, the nearest first, and how far those are, or less."""
-        with np.errstate(divide="ignore", invalid="ignore"):
-            near, far = (self.lows - origin) / direction, (self.highs - origin) / direction
-        # nan: the ray runs in the plane of a side
-        enter = np.nanmax(np.fmin(near, far), axis=1, initial=0.0)
-        leave = np.nanmin(np.fmax(near, far), axis=1, initial=np.inf)
-        slack = 1e-6 * np.linalg.norm(self.highs - self.lows, axis=1)
-        which = np.flatnonzero(enter <= leave + slack)
-        order = which[np.argsort(enter[which])]
-        return order.tolist(), (enter - slack)[order].tolist()
-
     def cast(self, origin, direction) -> Hit | None:
-        """The first thing that a ray meets, past what has a volume only."""
-        origin = np.asarray(origin, float)
-        run = 0.0
-        for _ in range(16):
-            best = self._first(origin, direction)
-            if best is None:
-                return None
-            body = self.bodies[best.body]
-            if body.slot(best.face) not in body.open:
-                return best._replace(distance=best.distance + run)
-            step = best.distance + NEAR * body.size
-            origin, run = origin + step * direction, run + step
-        return None
+        """The first thing that a ray meets, past what has a volume only. origin, direction: (3,), the latter unit."""
+        return self.cast_all(np.array([origin], float), np.array([direction], float))[0]
 
-    def _first(self, origin, direction):
+    def cast_all(self, origins: np.ndarray, directions: np.ndarray) -> list:
+        """For each of several rays, (N, 3), the Hit or None."""
+        found = []
+        step = max(1, AT_ONCE // max(1, len(self.bodies)))
+        for start in range(0, len(origins), step):
+            rays = slice(start, start + step)
+            enters = self._enters(origins[rays], directions[rays])
+            found += [self._first(*ray) for ray in zip(origins[rays], directions[rays], enters, strict=True)]
+        return found
+
+    def _enters(self, origins, directions):
+        """(N, B) how far off, or less, each ray comes within the bounds of each body; inf where it does not."""
+        enter, leave = np.zeros((len(origins), len(self.bodies))), np.full((len(origins), len(self.bodies)), np.inf)
+        for axis in range(3):
+            # no direction is along an axis for long: a ray in the plane of a side passes by or meets it
+            along = np.where(np.abs(directions[:, axis]) < 1e-12, 1e-12, directions[:, axis])[:, None]
+            near = (self.lows[:, axis] - origins[:, axis, None]) / along
+            far = (self.highs[:, axis] - origins[:, axis, None]) / along
+            enter = np.maximum(enter, np.minimum(near, far))
+            leave = np.minimum(leave, np.maximum(near, far))
+        slack = 1e-6 * np.linalg.norm(self.highs - self.lows, axis=1)
+        return np.where(enter <= leave + slack, enter - slack, np.inf)
+
+    def _first(self, origin, direction, enters):
         best = None
-        for index, enter in zip(*self._candidates(origin, direction), strict=True):
+        which = np.flatnonzero(np.isfinite(enters))
+        order = which[np.argsort(enters[which])]
+        for index, enter in zip(order.tolist(), enters[order].tolist(), strict=True):
             if best and enter > best.distance:
                 break
             met = self.bodies[index].cast(origin, direction)
@@ -193,23 +213,43 @@ class Surroundings:
         return {
             (index, part)
             for index in around
-            if self.bodies[index].media
+            if self.bodies[index].media and not self.bodies[index].heavy
             for part in self.bodies[index].solid.within(self.bodies[index].local(point))
         }
 
-    def leaving(self, patch: Patch, side: str, points: int = POINTS) -> list[list]:
+    def leaving(self, patch: Patch, side: str) -> list[list]:
         """What rays meet that leave a Patch on that side: for each of some points a list of Hit, None for the far away.
 
         Hits of the patch itself are left out.
         """
+        points = min(POINTS, max(3, RAYS // (2 * (len(SLANTS) + AIMS) * len(self.patches))))
         key = (patch, side, points)
         if key not in self._memory:
-            found = []
-            for start, normal in zip(*self.starts(patch, side, points), strict=True):
-                hits = [self.cast(start, direction) for direction in _around(normal)]
-                found.append([hit for hit in hits if hit is None or self.patch_of(hit) != patch])
-            self._memory[key] = found
+            starts, normals = self.starts(patch, side, points)
+            ways = [
+                np.array([*_around(normal), *self._towards(start, normal, patch.body)])
+                for start, normal in zip(starts, normals, strict=True)
+            ]
+            counts = [len(way) for way in ways]
+            hits = iter(self.cast_all(np.repeat(starts, counts, axis=0), np.concatenate(ways))) if counts else ()
+            found = [[next(hits) for _ in range(count)] for count in counts]
+            self._memory[key] = [
+                [hit for hit in those if hit is None or self.patch_of(hit) != patch] for those in found
+            ]
         return self._memory[key]
+
+    def _towards(self, start, normal, body):
+        """Unit directions from a point to the interfaces nearest to it that are in front of it, a few."""
+        others = [index for index in self._interfaces if index != body]
+        ways = (self.lows[others] + self.highs[others]) / 2 - start
+        lengths = np.linalg.norm(ways, axis=1)
+        ways, lengths = ways[lengths > 0], lengths[lengths > 0]
+        ways = ways[np.argsort(lengths)[:AIMS]] / np.sort(lengths)[:AIMS, None]
+        return list(ways[ways @ normal > 0.05])
+
+    @cached_property
+    def _interfaces(self):
+        return [index for index, body in enumerate(self.bodies) if body.media]
 
     def holders(self, patch: Patch, side: str) -> set:
         """The (body, part) of interfaces that all of a Patch, just off it on that side, lies within."""
@@ -261,6 +301,8 @@ class Surroundings:
         near = np.flatnonzero(((self.lows - reach <= place) & (place <= self.highs + reach)).all(axis=1))
         for other in near.tolist():
             thing = self.bodies[other]
+            if thing.heavy:
+                continue
             local = thing.local(place)
             if other == index:
                 # edges that a neighbour's vertex divides
@@ -287,6 +329,7 @@ class Surroundings:
     def starts(self, patch: Patch, side: str, count: int = POINTS, near: float = NEAR) -> tuple[np.ndarray, np.ndarray]:
         """Points (N, 3) in the world just off a Patch, and the unit normals (N, 3) on that side."""
         body = self.bodies[patch.body]
+        count = 0 if body.heavy or self.blind else count
         chosen = (body.solid.part == patch.part) & (body.slots() == patch.slot)
         places, normals, _ = body.solid.samples(chosen, count)
         normals = normals @ body.inverse[:3, :3]  # as normals go: by the transpose of the inverse
@@ -303,21 +346,26 @@ def survey(sight: Sight) -> Surroundings:
     """The Surroundings of what a sight.Sight shows; what is over its limit is left out of it."""
     bodies, memory = [], sight.kept.setdefault("surroundings", {})
     wearers = {one for those in sight.worn.values() for one in those}
-    solids = {}  # instances of one mesh are alike
+    solids = {}  # by mesh, which many may share
     for one in sorted(sight.shown, key=lambda one: one not in wearers):
         stands = bodies and len(bodies) < MOST and len(one.mesh.polygons) <= min(LARGEST, sight.limit or LARGEST)
         if one in wearers or stands:
-            key = (one.original.session_uid, one.single, len(one.mesh.polygons), one.mesh.name)
+            key = one.mesh.as_pointer()
             if key not in solids:
                 solids[key] = sight.measured(one, "solid", Solid)
             if solids[key]:
                 bodies.append(Body(one, solids[key]))
-    return Surroundings(bodies, memory)
+    around = Surroundings(bodies, memory)
+    if sight.limit is not None and len(around.patches) > PANEL:
+        sight.left_out.update(body.name for body in bodies if body.media)
+        around = Surroundings(bodies)  # what it does not know is not to be remembered
+        around.blind = True
+    return around
 
 
 def same(one: Medium, other: Medium) -> bool:
     """Whether two media are the same to what a socket holds: the permeability counts by magnitude."""
-    return bool(np.isclose(one.n, other.n, rtol=1e-5) and np.isclose(one.mu, other.mu, rtol=1e-5))
+    return math.isclose(one.n, other.n, rel_tol=1e-5) and math.isclose(one.mu, other.mu, rel_tol=1e-5)
 
 
 def _around(normal):

@@ -324,6 +324,21 @@ def test_large_meshes_are_measured_when_asked(scene, press, monkeypatch):
     assert [problem.code for problem in warnings.found(scene)] == ["normals"]
 
 
+def test_many_interfaces_are_looked_at_when_asked(scene, press, monkeypatch):
+    from nim_addon.cycles import surroundings
+    from nim_addon.ui import warnings
+
+    monkeypatch.setattr(surroundings, "PANEL", 1)
+    inner = bpy.data.objects.new("Inner", cube().data.copy())
+    inner.scale = (0.5, 0.5, 0.5)
+    scene.collection.objects.link(inner)
+    bpy.context.view_layer.update()
+    warnings.forget()
+    assert warnings.found(scene) == []
+    press("nim.check_meshes")
+    assert [problem.code for problem in warnings.found(scene)] == ["normals"]
+
+
 def test_handlers_are_taken_away(addon):
     import addon_utils
 

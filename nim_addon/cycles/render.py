@@ -13,6 +13,7 @@ import bpy
 import numpy as np
 
 from ..base.files import files_to, is_full, temporary
+from ..stopping import step
 
 # The attribute of our images that holds, as JSON, everything that made them.
 ATTRIBUTE = "nimray"
@@ -110,7 +111,7 @@ def _check_metadata(metadata, part):
 
 def _save_blend(scene, file):
     try:
-        with quiet(), quiet(2):
+        with quiet(), quiet(2), step():
             bpy.ops.wm.save_as_mainfile(filepath=str(file), compress=True, copy=True)
             # which reads it to its end: that it is saved Blender says on a full disk, too
             with bpy.data.libraries.load(str(file)) as (saved, _):
@@ -148,7 +149,8 @@ def _render(scene, linear, shown, progress):
 
 def _save(result, path, scene):
     try:
-        with quiet(2):
+        # Blender makes folders that are missing: it would make the one anew that is just taken away
+        with quiet(2), step():
             result.save_render(str(path), scene=scene)
     except RuntimeError:
         raise _cut_off(path) from None

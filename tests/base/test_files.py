@@ -208,6 +208,20 @@ def test_a_signal_leaves_nothing(how, tmp_path):
     assert run.returncode == 128 + number and not names(tmp_path)
 
 
+def test_the_end_waits_for_a_step(tmp_path):
+    """Blender makes a folder anew that was taken away while it wrote a picture."""
+    words = """from nim_addon import stopping; import time
+    with stopping.step():
+        os.kill(os.getpid(), signal.SIGTERM)
+        end = time.monotonic() + 0.5
+        while time.monotonic() < end:
+            part.mkdir(exist_ok=True)
+    time.sleep(5)"""
+    run = hold(tmp_path, "a", words)
+    run.communicate(timeout=10)
+    assert run.returncode == 128 + signal.SIGTERM and not names(tmp_path)
+
+
 def test_a_terminal_that_closes_is_ignored_where_nohup_asks_for_it(tmp_path):
     ignore = {"preexec_fn": lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN)}
     run = hold(tmp_path, "a", "sys.stdin.read(); finish(part / 'half.txt')", **ignore)

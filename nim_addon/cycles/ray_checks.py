@@ -27,6 +27,8 @@ def lamps(sight: Sight) -> list[Problem]:
     found = []
     for thing in sight.lamps:
         light = thing.data
+        if light.cycles.is_portal:  # which guides rays to the sky, and shines not
+            continue
         if _sizeless(light):
             text = "The light {name} has no size: it is never seen through the interface and casts no light through it."
             found.append(about(thing, "zero_light", text, "Give it a size"))

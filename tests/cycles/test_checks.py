@@ -248,12 +248,35 @@ def test_a_tint_is_brought_into_range(scene):
         lambda scene: setattr(slab(), "visible_camera", False),
         lambda scene: setattr(bpy.data.objects["Floor"], "visible_glossy", False),
         lambda scene: setattr(slab().cycles, "is_caustics_caster", True),
+        lambda scene: sky_portal(scene),
     ],
-    ids=["holdout", "exposure", "border", "denoising", "unseen", "floor", "no caustics light"],
+    ids=["holdout", "exposure", "border", "denoising", "unseen", "floor", "no caustics light", "sky portal"],
 )
 def test_a_persons_choice_is_not_spoken_of(scene, spoil):
     spoil(scene)
     assert codes(scene) == []
+
+
+def sky_portal(scene):
+    light = bpy.data.lights.new("Window", "AREA")
+    light.size, light.cycles.is_portal, light.cycles.use_multiple_importance_sampling = 0.0, True, False
+    scene.collection.objects.link(bpy.data.objects.new("Window", light))
+
+
+def test_shells_that_forgot_what_is_outside_of_them_are_mended(scene, render):
+    """Twenty matched balls, one in the other, each in air as it says: paths are trapped until their bounces run out."""
+    for name in ("Slab", "Floor", "Sun"):
+        bpy.data.objects.remove(bpy.data.objects[name])
+    scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 20.0
+    scene.camera.location.z, scene.cycles.samples = 3.0, 4
+    material = interface_material("NIM", Medium(-2.0, -2.0), backend="nodes")
+    for k in range(20):
+        bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=3, radius=1 - 0.04 * k)
+        bpy.ops.object.shade_smooth()
+        bpy.context.object.data.materials.append(material.copy())
+    assert render(scene).mean() < 0.2
+    checks.mend(scene)
+    assert codes(scene) == [] and render(scene).mean() == pytest.approx(1.0, abs=0.002)
 
 
 # ------------------------------------------------------------------------------------------- numbers

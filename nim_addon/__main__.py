@@ -16,7 +16,9 @@ def script():
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, _end)  # until there is more to it
     from . import stopping
+    from .base import streams
 
+    streams.prepare()
     stopping.watch()
     try:
         from . import cli

@@ -17,8 +17,10 @@ from pathlib import Path
 
 from . import __version__ as VERSION
 from . import libraries, stopping
+from .base import records, streams
+from .base.words import fit, printable
 from .physics import MEDIA, Interface, Medium
-from .physics.media import plain_minus
+from .physics.media import to_number
 
 OLDEST_BLENDER = (4, 2, 0)  # the Ray Portal closure, which bends a ray backwards, came with it
 # As cycles.material has them, which cannot be imported without Blender.
@@ -27,7 +29,10 @@ NAMES = {"osl": "OSL", "nodes": "Blender's own nodes"}
 CAUSTICS = ("path", "traced")
 LARGEST = 16384  # pixels a side
 MOST_SAMPLES = 1 << 20
+MOST_SEED = 2**31 - 1
+MOST_PHOTONS = 1 << 40
 LAST_FRAME = 9999  # four digits in a file's name
+LONGEST_SAID = 600  # letters of a sentence
 LONGEST_NAME = 200  # bytes, of the 255 that file systems take: what is half written has a longer one
 FPS = 24
 
@@ -71,6 +76,8 @@ def main(argv=None):
         return _complain(error, USAGE)
     except (Failure, OSError, RuntimeError) as error:
         return _complain(_sentence(error), FAILURE)
+    except MemoryError:
+        return _complain("there is not enough memory for this; ask for less, such as a smaller --size.", FAILURE)
     except KeyboardInterrupt:  # where watch() has not been called
         return _complain("stopped.", 128 + signal.SIGINT)
 
@@ -84,15 +91,21 @@ def _sentence(error):
 
 
 def _complain(error, code):
-    print(f"nimray: {error}", file=sys.stderr)
+    said = printable(error)
+    if len(said) > LONGEST_SAID:  # of a word of thousands of letters, its ends will do
+        said = f"{said[: LONGEST_SAID // 2]} ... {said[-LONGEST_SAID // 4 :]}"
+    print(f"nimray: {said}", file=sys.stderr)
     return code
 
 
 def script():
     """What __main__ runs: main(), then an exit without Blender's noise about memory it still holds."""
-    code = main()
-    sys.stdout.flush()
-    sys.stderr.flush()
+    try:
+        code = main()
+    except SystemExit as stop:  # of --help and --version
+        code = stop.code
+    if lost := streams.close():
+        code = _complain(lost, code or FAILURE)
     stopping.leave(code)
 
 
@@ -123,7 +136,7 @@ def _size(text):
 def _whole(option, low, high, unit=""):
     def read(text):
         try:
-            value = int(plain_minus(text).removesuffix(unit))
+            value = to_number(text.removesuffix(unit), int)
         except ValueError:
             raise UsageError(f"{option} {text!r} is not a whole number.") from None
         if not low <= value <= high:
@@ -136,7 +149,7 @@ def _whole(option, low, high, unit=""):
 def _number(option):
     def read(text):
         try:
-            return float(plain_minus(text))
+            return to_number(text)
         except ValueError:
             raise UsageError(f"{option} {text!r} is not a number.") from None
 
@@ -166,8 +179,22 @@ def _rate(text):
 def _name(text):
     if len(os.fsencode(text)) > LONGEST_NAME:
         raise UsageError(f"--name of {len(text)} letters is too long for a file; use at most {LONGEST_NAME}.")
-    if not text or text in (".", "..") or any(character in text for character in '/\\:*?"<>|\0') or text[0] == "-":
+    if not text or text in (".", "..") or fit(text) != text or text[0] in "- " or text[-1] in ". ":
         raise UsageError(f"--name {text!r} cannot name a file; use letters, digits, dots and dashes.")
+    return text
+
+
+def _own_name(text):
+    """The name that files get of what was asked for."""
+    try:
+        return _name(text)
+    except UsageError:
+        raise UsageError(f"no file can be named {text!r}, after all that is set; give --name.") from None
+
+
+def _folder(text):
+    if not text:
+        raise UsageError("--out is empty; name what to write to, or leave it out.")
     return text
 
 
@@ -240,7 +267,7 @@ def _parser():
     )
     one.add_argument("numbers", nargs="*", metavar="NUMBER", help="of the figure, such as 5.4")
     one.add_argument("--all", action="store_true", help="every figure")
-    one.add_argument("--out", default="figures", metavar="DIR", help="folder to write to (figures)")
+    one.add_argument("--out", type=_folder, default="figures", metavar="DIR", help="folder to write to (figures)")
     one.add_argument(
         "--quality", choices=("draft", "final"), default="draft", help="draft (minutes) or final (large, clean)"
     )
@@ -261,7 +288,7 @@ def _parser():
     one.add_argument("--n", type=_number("--n"), metavar="N", help="refractive index (what the scene is about)")
     one.add_argument("--mu", type=_number("--mu"), metavar="MU", help="relative permeability (1, or -1 for n < 0)")
     one.add_argument("--beam", type=_whole("--beam", 1, 101), metavar="N", help="how many rays; 1 shows its angles")
-    one.add_argument("--out", metavar="FILE", help="what to write, .svg, .png or .pdf (SCENE.svg)")
+    one.add_argument("--out", type=_folder, metavar="FILE", help="what to write, .svg, .png or .pdf (SCENE.svg)")
 
     one = command("scenes", _scenes, "List the scenes and their parameters.")
     one.add_argument("--json", action="store_true", help="for programs")
@@ -299,8 +326,8 @@ def _render_options(one):
     )
     one.add_argument("--samples", type=_whole("--samples", 1, MOST_SAMPLES), metavar="N", help="paths a pixel (128)")
     one.add_argument("--size", type=_size, metavar="WxH|P%", help="pixels, or a part of the scene's own size (100%%)")
-    one.add_argument("--seed", type=_whole("--seed", 0, 2**31 - 1), metavar="S", help="of the noise (0)")
-    one.add_argument("--out", default="renders", metavar="DIR", help="folder to write to (renders)")
+    one.add_argument("--seed", type=_whole("--seed", 0, MOST_SEED), metavar="S", help="of the noise (0)")
+    one.add_argument("--out", type=_folder, default="renders", metavar="DIR", help="folder to write to (renders)")
     one.add_argument("--name", type=_name, metavar="NAME", help="of the files, without suffix (scene and settings)")
     one.add_argument("--backend", choices=BACKENDS, help="OSL, or Blender's own nodes (auto: OSL where there is some)")
     one.add_argument("--denoise", action=argparse.BooleanOptionalAction, help="clean the noise (OpenImageDenoise)")
@@ -310,7 +337,7 @@ def _render_options(one):
         help="of the sun: found by chance (path), or traced from it (traced, where the sun is narrow)",
     )
     one.add_argument(
-        "--photons", type=_whole("--photons", 1, 1 << 40), metavar="N", help="for traced caustics (16 million)"
+        "--photons", type=_whole("--photons", 1, MOST_PHOTONS), metavar="N", help="for traced caustics (16 million)"
     )
     form = one.add_mutually_exclusive_group()
     form.add_argument("--quiet", action="store_true", help="print nothing but errors")
@@ -366,17 +393,17 @@ def _render(arguments):
     kind = _scene_type(arguments.scene or record["scene"])
     try:
         read = kind.parameters.read
-        parameters = kind.parameters(**record["parameters"]) if record else read(arguments.assignments)
-    except (ValueError, TypeError) as error:
-        raise UsageError(str(error)) from None
+        parameters = kind.parameters.of(record["parameters"]) if record else read(arguments.assignments)
+    except ValueError as error:
+        raise UsageError(f"{arguments.again}: {error}" if record else str(error)) from None
     from .scenes.parameters import file_name
 
     if arguments.frames:
-        name = arguments.name or file_name(kind.name, arguments.assignments)
+        name = arguments.name or _own_name(file_name(kind.name, arguments.assignments))
         return _render_frames(arguments, kind, _moments(arguments, kind, parameters), name)
-    default = f"{Path(arguments.again).stem}_again" if record else file_name(kind.name, arguments.assignments)
+    default = f"{fit(Path(arguments.again).stem)}_again" if record else file_name(kind.name, arguments.assignments)
     with _Output(arguments, 1) as output:
-        files, made = _make(arguments, kind, parameters, record, arguments.name or default, output)
+        files, made = _make(arguments, kind, parameters, record, arguments.name or _own_name(default), output)
         output.end(files, made)
 
 
@@ -417,7 +444,7 @@ def _compare(arguments):
         except ValueError as error:
             raise UsageError(f"{' '.join(assignments)}: {error}") from None
     stem = arguments.name or file_name(kind.name, arguments.assignments)
-    names = [file_name(stem, assignments) for assignments, _ in variants]
+    names = [_own_name(file_name(stem, assignments)) for assignments, _ in variants]
     if len(set(names)) < len(names):
         raise UsageError("--vary names the same value twice; each image needs one of its own.")
     with _Output(arguments, len(variants)) as output:
@@ -511,7 +538,8 @@ def _make(arguments, kind, parameters, record, name, output):
     if traced:
         _trace_caustics(scene, made, output, folder / f".{name}.photons")
     if record and not arguments.quiet and record["blender"] != made["blender"]:
-        print(f"nimray: made with Blender {record['blender']}, repeated with {made['blender']}.", file=sys.stderr)
+        made_with = printable(record["blender"])
+        print(f"nimray: made with Blender {made_with}, repeated with {made['blender']}.", file=sys.stderr)
     with output.showing(name, made["samples"]) as show:
         files = render.render(scene, folder, name, metadata=made, progress=show, blend=blend)
     return files, made
@@ -529,23 +557,63 @@ def _trace_caustics(scene, made, output, file):
 
 
 def _recorded(path):
+    """What made an image, to be made again: each value one that could have been written on the command line."""
     from .cycles.render import read_metadata
 
     try:
         record = read_metadata(path)
-    except ValueError as error:
-        raise UsageError(str(error)) from None
-    except FileNotFoundError as error:
+    except (ValueError, FileNotFoundError) as error:
         raise UsageError(str(error)) from None
     if "compares" in record:
-        images = ", ".join(f"{name}.exr" for name in record["images"])
-        raise UsageError(f"{path} is a comparison, not one render; repeat one of its images: {images}.")
+        images = record["images"] if isinstance(record.get("images"), list) else []
+        raise UsageError(
+            f"{path} is a comparison, not one render; repeat one of its images: "
+            f"{', '.join(f'{name}.exr' for name in images)}."
+        )
     if "code" in record:
         raise UsageError(f"{path} is a part of a figure; repeat it with `nimray figures`.")
-    missing = {"scene", "parameters", "size", "samples", "seed", "denoise", "blender"} - set(record)
+    missing = {"nimray", "scene", "parameters", "size", "samples", "seed", "denoise", "blender"} - set(record)
     if missing:
         raise UsageError(f"{path} does not record its {', '.join(sorted(missing))}, so it cannot be repeated.")
+    if _version(record.get("nimray")) > _version(VERSION):
+        raise UsageError(
+            f"{path} was made by nimray {record['nimray']}, and this is {VERSION}; repeat it with that one."
+        )
+    for key, value in record.items():
+        if key not in RECORDED or not RECORDED[key](value):
+            raise UsageError(f"{path} records {key} = {value!r}, which no render has, so it cannot be repeated.")
     return record
+
+
+def _version(text):
+    """A version as numbers to compare; what is none is none that we made."""
+    return (
+        tuple(map(int, text.split("."))) if isinstance(text, str) and re.fullmatch(r"\d{1,4}(\.\d{1,4})*", text) else ()
+    )
+
+
+def _between(low, high):
+    return lambda value: type(value) is int and low <= value <= high
+
+
+def _of_type(kind):
+    return lambda value: isinstance(value, kind)
+
+
+# What a render records, and whether a value of it is one.
+RECORDED = {
+    "nimray": lambda value: _version(value) > (),
+    "scene": _of_type(str),  # which of them, and with what parameters, they say themselves
+    "parameters": _of_type(dict),
+    "size": lambda value: isinstance(value, list) and len(value) == 2 and all(map(_between(1, LARGEST), value)),
+    "samples": _between(1, MOST_SAMPLES),
+    "seed": _between(0, MOST_SEED),
+    "denoise": _of_type(bool),
+    "backend": lambda value: value in BACKENDS,
+    "caustics": lambda value: value in CAUSTICS,
+    "photons": _between(1, MOST_PHOTONS),
+    "blender": _of_type(str),
+}
 
 
 class _Output:
@@ -559,7 +627,7 @@ class _Output:
 
     def __enter__(self):
         # a copy: while Blender renders, standard output is kept clear of what it says
-        self.stream = os.fdopen(os.dup(1), "w", encoding="utf-8") if self.progress else None
+        self.stream = streams.opened(os.dup(1)) if self.progress else None
         return self
 
     def __exit__(self, *_):
@@ -727,7 +795,7 @@ def _scenes(arguments):
         for kind in SCENES.values()
     ]
     if arguments.json:
-        print(json.dumps(listed, indent=2))
+        print(records.text(listed))
         return
     for kind in listed:
         print(f"{kind['name']}: {kind['shows']}")
@@ -754,17 +822,17 @@ def _figures(arguments):
         return _list_figures(FIGURES.values(), arguments.json)
     from .figures import run
 
-    records = []
+    made = []
     for one in chosen:
         record = run.make(one, arguments.out, arguments.quality, backend=arguments.backend, showing=_showing(arguments))
-        records.append(record)
+        made.append(record)
         if not arguments.json:
             _print_figure(record, arguments)
     if arguments.json:
-        print(json.dumps(records, indent=2))
-    failed = [record["figure"] for record in records if not record["holds"]]
-    if len(records) > 1 and not arguments.json:
-        verdict = f"FAIL: figures {', '.join(failed)}" if failed else f"PASS: {len(records)} figures"
+        print(records.text(made))
+    failed = [record["figure"] for record in made if not record["holds"]]
+    if len(made) > 1 and not arguments.json:
+        verdict = f"FAIL: figures {', '.join(failed)}" if failed else f"PASS: {len(made)} figures"
         print(f"{verdict}; see {Path(arguments.out) / 'index.html'}")
     return FAILURE if failed else 0
 
@@ -775,7 +843,7 @@ def _list_figures(figures, as_json):
             {"figure": one.number, "title": one.title, "shows": one.shows, "must_hold": one.must_hold}
             for one in figures
         ]
-        print(json.dumps(listed, indent=2))
+        print(records.text(listed))
         return
     for one in figures:
         print(f"{one.number}: {one.title}")
@@ -848,15 +916,14 @@ def _fresnel(arguments):
         out.writerows([["" if value is None else value for value in row] for row in rows])
     elif arguments.json:
         print(
-            json.dumps(
+            records.text(
                 {
                     "outside": dataclasses.asdict(interface.outside),
                     "inside": dataclasses.asdict(interface.inside),
                     "critical_angle": None if critical is None else math.degrees(critical),
                     "brewster_angle": None if brewster is None else math.degrees(brewster),
                     "rows": [dict(zip(head, row, strict=True)) for row in rows],
-                },
-                indent=2,
+                }
             )
         )
     else:
@@ -882,7 +949,7 @@ def _verify(arguments):
     checks = verify.verify(show, arguments.backend)
     answer = verify.summary(checks, arguments.backend)
     if arguments.json:
-        print(json.dumps(answer, indent=2))
+        print(records.text(answer))
     else:
         if not arguments.quiet:
             print(verify.HEADER)
@@ -919,7 +986,7 @@ def _doctor(arguments):
     except ImportError as error:
         problems.append(f"OpenImageIO is missing ({error}), so no image can be written; run: pip install OpenImageIO")
     if arguments.json:
-        print(json.dumps({**facts, "problems": problems}, indent=2))
+        print(records.text({**facts, "problems": problems}))
     else:
         for key, value in facts.items():
             print(f"{key:<12} {value if not isinstance(value, list) else ', '.join(value)}")
@@ -948,11 +1015,11 @@ def _info(arguments):
     except (ValueError, FileNotFoundError) as error:
         raise UsageError(str(error)) from None
     if arguments.json:
-        print(json.dumps(record, indent=2))
+        print(records.text(record))
         return
     for key, value in record.items():
         if isinstance(value, dict):
             value = ", ".join(f"{k}={'none' if v is None else v}" for k, v in value.items())
         elif isinstance(value, list):
             value = (" x " if key == "size" else ", ").join(map(str, value))
-        print(f"{key:<12} {value}")
+        print(printable(f"{key:<12} {value}"))

@@ -299,6 +299,19 @@ REFUSED = [
     ("render sphere --size -3x4", "write it like 800x600"),
     ("rays sphere --n -x", "expected one argument"),
     ("fresnel", "required"),
+    ("fresnel --inside 1_5", "'1_5' is not a number"),
+    ("render sphere --samples 1_0", "'1_0' is not a whole number"),
+    ("render pool --set seed=1_0", "'1_0' is not a whole number"),
+    ("render glass --set figures=~nosuchuser/x.ply", "there is no file"),
+    (f"render glass --set figures={'a' * 300}.ply", "there is no file"),
+    (f"render sphere --set n=1.{'0' * 300}", "give --name"),
+    (f"compare sphere --vary n=1.5,1.{'0' * 300}", "give --name"),
+    ("render sphere --name a\x1b[31mb", "'a\\x1b[31mb' cannot name a file"),
+    ("render sphere --name a\u202eb", "'a\\u202eb' cannot name a file"),
+    ("render sphere --name a\x7f", "cannot name a file"),
+    ("render sphere --name a.", "cannot name a file"),
+    ("render \x1b[31msphere", "no scene '\\x1b[31msphere'"),
+    ("verify \x1b[31m", "unrecognized arguments: \\x1b[31m"),
     ("info nothing.exr", "there is no file"),
     ("refract", "invalid choice"),
     ("", "required"),
@@ -315,6 +328,29 @@ def test_bad_input_gets_one_sentence_and_exit_code_2(line, says, capsys, tmp_pat
     assert printed.err.startswith("nimray: ")
     assert printed.err.count("\n") == 1
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", ("a\nb", "a\tb", "a\rb", " ", "a ", " a", ""))
+def test_a_name_that_breaks_lines_or_ends_unseen_is_refused(name, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["render", "sphere", f"--name={name}"]) == 2
+    assert (
+        capsys.readouterr().err
+        == f"nimray: --name {name!r} cannot name a file; use letters, digits, dots and dashes.\n"
+    )
+
+
+@pytest.mark.parametrize("command", ("render sphere", "compare sphere", "figures 5.8", "rays sphere"))
+def test_an_empty_place_to_write_to_is_a_usage_error(command, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main([*command.split(), "--out", ""]) == 2
+    assert "--out is empty" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_sentence_about_thousands_of_letters_is_short(capsys):
+    assert cli.main(["fresnel", "--inside", "n=" + "1" * 5000]) == 2
+    assert len(capsys.readouterr().err) < 700
 
 
 @pytest.mark.parametrize("number", ("-1.5", "-1.5e0", "-15e-1", "\N{MINUS SIGN}1.5", "-1.50"))

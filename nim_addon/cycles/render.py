@@ -12,6 +12,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
+from ..base import records
 from ..base.files import files_to, is_full, temporary
 from ..stopping import step
 
@@ -283,9 +284,6 @@ def read_metadata(path):
     if image.geterror() or not whole:
         raise ValueError(f"{path} is not a whole image: it may be cut off, or not an image at all; render it again.")
     try:
-        record = json.loads(image.spec().get_string_attribute(ATTRIBUTE))
-    except (ValueError, RecursionError):
-        record = None
-    if not isinstance(record, dict):
-        raise ValueError(f"{path} was not made by nimray: it carries no record of scene and parameters.")
-    return record
+        return records.parse(image.spec().get_string_attribute(ATTRIBUTE))
+    except ValueError:
+        raise ValueError(f"{path} was not made by nimray: it carries no record of scene and parameters.") from None

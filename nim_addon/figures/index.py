@@ -2,10 +2,12 @@
 """The page that shows every figure of a folder beside its claims, predicted and measured. Plain HTML."""
 
 import html
-import json
-from pathlib import Path
+import re
+from pathlib import Path, PurePosixPath
+from urllib.parse import quote
 
 from .. import __version__ as VERSION
+from ..base import records
 from ..base.files import files_to
 from .recipes import in_order
 
@@ -35,9 +37,10 @@ def check(folder):
 def read(file):
     """The record of a figure that the Path `file` holds; ValueError, one sentence, where it is cut off or another's."""
     try:
-        record = json.loads(file.read_text(encoding="utf-8"))
+        record = records.parse(file.read_text(encoding="utf-8"), nan=True)
         if record["nimray"] == VERSION:
-            in_order(record["figure"])
+            if not re.fullmatch(r"(\d{1,2}|[A-Z])\.\d{1,2}", record["figure"], re.ASCII):
+                raise ValueError
             _page([record])  # whole is what the page can show
         elif not isinstance(record["nimray"], str):
             raise TypeError
@@ -49,11 +52,11 @@ def read(file):
 def write(folder):
     """Write FOLDER/index.html anew from the records (figure-*.json) in it; returns its path. Raises as read() does."""
     folder = Path(folder)
-    records = [read(file) for file in folder.glob("figure-*.json")]
-    records.sort(key=lambda record: in_order(record["figure"]))
+    shown = [read(file) for file in folder.glob("figure-*.json")]
+    shown.sort(key=lambda record: in_order(record["figure"]))
     with files_to(folder, "index") as (part, finish):
         page = part / "page.html"
-        page.write_text(_page(records), encoding="utf-8")
+        page.write_text(_page(shown), encoding="utf-8")
         return finish(page)[0]
 
 
@@ -62,22 +65,22 @@ def number(value):
     return f"{value:.4g}"
 
 
-def _page(records):
-    claims = [claim for record in records for claim in record["claims"]]
+def _page(figures):
+    claims = [claim for record in figures for claim in record["claims"]]
     failed = sum(not claim["holds"] for claim in claims)
     verdict = f"{failed} of {len(claims)} claims fail" if failed else f"all {len(claims)} claims hold"
     contents = "".join(
         f'<li><a href="#figure-{record["figure"]}">{_mark(record["holds"])} {record["figure"]} '
         f"{html.escape(record['title'])}</a></li>"
-        for record in records
+        for record in figures
     )
     return (
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f"<title>{TITLE}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n"
-        f"<h1>{TITLE}</h1>\n<p>{len(records)} figure{'s' * (len(records) != 1)}, {verdict}. Each claim is a number, "
+        f"<h1>{TITLE}</h1>\n<p>{len(figures)} figure{'s' * (len(figures) != 1)}, {verdict}. Each claim is a number, "
         "predicted by theory or by rays traced without the renderer (in C.2, by its path tracer), and measured in a render.</p>\n"
-        f"<ol>{contents}</ol>\n{''.join(map(_figure, records))}</body>\n</html>\n"
+        f"<ol>{contents}</ol>\n{''.join(map(_figure, figures))}</body>\n</html>\n"
     )
 
 
@@ -90,18 +93,26 @@ def _figure(record):
     escape = html.escape
     title = f"{record['figure']} {record['title']}"
     parts = ", ".join(
-        f'<a href="{escape(file)}">{escape(caption or Path(file).stem)}</a>' for caption, file in record["parts"]
+        f'<a href="{_link(file)}">{escape(caption or Path(file).stem)}</a>' for caption, file in record["parts"]
     )
     must = "".join(f"<li>{escape(sentence)}</li>" for sentence in record["must_hold"])
     return (
         f'<section id="figure-{record["figure"]}">\n<h2>{escape(title)}</h2>\n'
-        f'<figure><a href="{escape(record["picture"])}"><img src="{escape(record["picture"])}" loading="lazy" '
+        f'<figure><a href="{_link(record["picture"])}"><img src="{_link(record["picture"])}" loading="lazy" '
         f'alt="{escape(record["shows"])}"></a>\n<figcaption>{escape(record["shows"])}'
         f"{f' Single pictures: {parts}.' if parts else ''}</figcaption></figure>\n"
         f'<ul class="small">{must}</ul>\n{_table(record["claims"])}'
         f'<p class="small">{escape(record["quality"])} quality, nimray {escape(record["nimray"])}, Blender '
         f'{escape(record["blender"])}, <a href="figure-{record["figure"]}.json">record</a></p>\n</section>\n'
     )
+
+
+def _link(file):
+    """What leads to a file below the page's folder, and nowhere else; ValueError for any other."""
+    path = PurePosixPath(file)
+    if path.is_absolute() or ".." in path.parts:
+        raise ValueError
+    return html.escape(quote(str(path)))
 
 
 def _table(claims):

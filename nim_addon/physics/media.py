@@ -15,9 +15,16 @@ def plain_minus(text):
     return text.replace("\N{MINUS SIGN}", "-")
 
 
+def to_number(text, kind=float):
+    """The float, or the int, that a person wrote; ValueError where it is none, or what only Python reads, as 1_5."""
+    if "_" in text:
+        raise ValueError(text)
+    return kind(plain_minus(text))
+
+
 def _finite(name, value):
     try:
-        number = float(value)
+        number = to_number(value) if isinstance(value, str) else float(value)
     except (TypeError, ValueError):
         raise ValueError(f"{name} = {value!r} is not a number; write it like -1.5.") from None
     if not math.isfinite(number):

@@ -6,8 +6,9 @@ import difflib
 import math
 from pathlib import Path
 
+from ..base.words import fit
 from ..physics import MEDIA, Medium
-from ..physics.media import plain_minus
+from ..physics.media import plain_minus, to_number
 
 
 def number(default, description, low, high, unit=""):
@@ -62,20 +63,26 @@ class Parameters:
     @classmethod
     def read(cls, assignments):
         """An instance from texts "key=value"; ValueError names the keys that exist, the nearest first."""
-        names = [field.name for field in dataclasses.fields(cls)]
         values = {}
         for text in assignments:
             key, equals, value = text.partition("=")
-            key = key.strip()
             if not equals:
-                raise ValueError(f"{text!r} is not a setting; write key=value, such as {names[0]}=...")
+                first = dataclasses.fields(cls)[0].name
+                raise ValueError(f"{text!r} is not a setting; write key=value, such as {first}=...")
+            values[key.strip()] = value.strip()
+        return cls.of(values)
+
+    @classmethod
+    def of(cls, values):
+        """An instance from a dict, such as plain() gives; ValueError names the keys that exist, the nearest first."""
+        names = [field.name for field in dataclasses.fields(cls)]
+        for key in values:
             if key not in names:
                 raise ValueError(unknown("parameter", key, names))
-            values[key] = value.strip()
         return cls(**values)
 
     def plain(self):
-        """A dict of JSON-ready values that `cls(**values)` takes back."""
+        """A dict of JSON-ready values that of() takes back."""
         values = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
         return {key: str(value) if isinstance(value, Medium) else value for key, value in values.items()}
 
@@ -100,7 +107,7 @@ def file_name(scene, assignments):
         key, _, value = text.partition("=")
         # a file's path is no part of a file's name
         settings.append(f"{key.strip()}-{Path(value.strip()).stem if '/' in value else value.strip()}")
-    return plain_minus("_".join([scene, *settings])).replace(",", "_").replace("=", "").replace(" ", "")
+    return plain_minus(fit("_".join([scene, *settings]))).replace(",", "_").replace("=", "").replace(" ", "")
 
 
 def _written(value):
@@ -161,13 +168,14 @@ def _number(field, value):
     name, low, high = field.name, field.metadata["low"], field.metadata["high"]
     whole = field.metadata["kind"] == "integer"
     unit = f" {field.metadata['unit']}" if field.metadata.get("unit") else ""
-    if isinstance(value, str):
-        value = plain_minus(value)
+    kind = int if whole else float
     try:
-        number = int(value) if whole else float(value)
-        if whole and number != float(value):
+        if isinstance(value, bool):
+            raise TypeError
+        number = to_number(value, kind) if isinstance(value, str) else kind(value)
+        if whole and not isinstance(value, str) and number != float(value):
             raise ValueError
-    except (TypeError, ValueError):
+    except (OverflowError, TypeError, ValueError):
         raise ValueError(f"{name} = {value!r} is not a {'whole ' if whole else ''}number.") from None
     if not math.isfinite(number) or not low <= number <= high:
         raise ValueError(f"{name} = {value} is out of range; it lies between {low:g} and {high:g}{unit}.")
@@ -175,10 +183,14 @@ def _number(field, value):
 
 
 def _mesh_path(name, value, words):
-    path = Path(value).expanduser()
+    path = Path(value)
     allowed = f"give one of {', '.join(words)}, or a PLY, OBJ or STL file"
     if path.suffix.lower() not in (".ply", ".obj", ".stl"):
         raise ValueError(f"{name} = {value!r} is not understood; {allowed}.")
-    if not path.is_file():
-        raise ValueError(f"{name}: there is no file {value!r}; {allowed}.")
-    return str(path.resolve())
+    try:
+        path = path.expanduser()
+        if path.is_file():
+            return str(path.resolve())
+    except (OSError, RuntimeError):  # a name that is too long, a person who has no home here
+        pass
+    raise ValueError(f"{name}: there is no file {value!r}; {allowed}.")

@@ -312,8 +312,8 @@ def test_what_is_refused(tmp_path, only_this, capsys):
     (tmp_path / "file").write_text("")
     assert cli.main(["figures", "9.9", "--out", str(tmp_path / "file")]) == 1
     assert "name another folder" in capsys.readouterr().err
-    assert cli.main(["figures", "9.9", "--out", ""]) == 1
-    assert "is empty; name a folder" in capsys.readouterr().err
+    assert cli.main(["figures", "9.9", "--out", ""]) == 2
+    assert "--out is empty; name" in capsys.readouterr().err
 
 
 def test_the_registry():

@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The streams that the command talks through: closed, full, or read by nobody, they never break what it does."""
+
+import io
+import os
+import sys
+
+
+class _Stream(io.FileIO):
+    """A stream that takes all that is written to it; what it could not pass on is told once, by close()."""
+
+    failure = None  # the last OSError of any of them
+
+    def write(self, data):
+        try:
+            return super().write(data)
+        except BrokenPipeError:  # nobody listens any more, which is no failure: the files are still wanted
+            return len(data)
+        except OSError as error:
+            _Stream.failure = error
+            return len(data)
+
+
+def prepare():
+    """Make the three standard streams of this process fit to be used, whatever it was started with."""
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:  # closed: the next file to be opened would be in its place
+            os.set_inheritable(os.open(os.devnull, os.O_RDWR), True)
+    if sys.stdin is None:
+        sys.stdin = io.TextIOWrapper(io.FileIO(0, closefd=False))
+    if os.name == "nt":  # where a console is no file
+        for stream in filter(None, (sys.stdout, sys.stderr)):
+            stream.reconfigure(errors="backslashreplace")
+        return
+    for number, name in ((1, "stdout"), (2, "stderr")):
+        former = getattr(sys, name)
+        setattr(sys, name, opened(number, former.encoding if former else "utf-8"))
+
+
+def opened(number, encoding="utf-8"):
+    """A text stream that writes to an open file descriptor, and closes it with itself if it is no standard one.
+
+    It raises neither OSError nor UnicodeError: what its encoding lacks is written like \\xe9.
+    """
+    raw = _Stream(number, "w", closefd=number > 2)
+    eager = raw.isatty() or number == 2
+    return io.TextIOWrapper(io.BufferedWriter(raw), encoding=encoding, errors="backslashreplace", line_buffering=eager)
+
+
+def close():
+    """Pass on what is still to be said; returns a sentence where some of it was lost, else None."""
+    for stream in filter(None, (sys.stdout, sys.stderr)):
+        stream.flush()
+    failure = _Stream.failure
+    return failure and f"not all that there was to say could be written: {os.strerror(failure.errno)}."

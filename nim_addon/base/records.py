@@ -7,13 +7,10 @@ import math
 DEEPEST = 16  # dicts and lists in each other
 
 
-def parse(text, nan=False) -> dict:
-    """The dict that a JSON text holds; `nan`: with numbers that are not finite, which Python writes.
-
-    Raises ValueError where it holds none, or what cannot be written again.
-    """
+def parse(text) -> dict:
+    """The dict that a JSON text holds; ValueError where it holds none, or one too deep to be written again."""
     try:
-        record = json.loads(text, parse_constant=None if nan else _refuse, parse_float=None if nan else _finite)
+        record = json.loads(text)
     except RecursionError:
         raise ValueError("too deep") from None
     if not isinstance(record, dict):
@@ -27,14 +24,14 @@ def parse(text, nan=False) -> dict:
     return record
 
 
-def _refuse(word):
-    raise ValueError(word)
-
-
-def _finite(text):
-    return number if math.isfinite(number := float(text)) else _refuse(text)
-
-
 def text(value) -> str:
-    """A JSON-ready value as JSON to print, in ASCII without control characters."""
-    return json.dumps(value, indent=2).replace("\x7f", "\\u007f")
+    """A JSON-ready value as JSON to print, in ASCII without control characters; null for a number that is not finite."""
+    return json.dumps(_finite(value), indent=2).replace("\x7f", "\\u007f")
+
+
+def _finite(value):
+    if isinstance(value, dict):
+        return {key: _finite(one) for key, one in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(one) for one in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -37,7 +37,7 @@ def check(folder):
 def read(file):
     """The record of a figure that the Path `file` holds; ValueError, one sentence, where it is cut off or another's."""
     try:
-        record = records.parse(file.read_text(encoding="utf-8"), nan=True)
+        record = records.parse(file.read_text(encoding="utf-8"))
         if record["nimray"] == VERSION:
             if not re.fullmatch(r"(\d{1,2}|[A-Z])\.\d{1,2}", record["figure"], re.ASCII):
                 raise ValueError

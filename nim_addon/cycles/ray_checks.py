@@ -29,11 +29,11 @@ def lamps(sight: Sight) -> list[Problem]:
         light = thing.data
         if light.cycles.is_portal:  # which guides rays to the sky, and shines not
             continue
-        if _sizeless(light):
+        baked = light.get(MULTIPLE) is not None  # then its light through interfaces is traced, not found by chance
+        if _sizeless(light) and not baked:
             text = "The light {name} has no size: it is never seen through the interface and casts no light through it."
             found.append(about(thing, "zero_light", text, "Give it a size"))
-        # a bake takes its lamps' light through interfaces for itself
-        if not light.cycles.use_multiple_importance_sampling and light.get(MULTIPLE) is None:
+        if not light.cycles.use_multiple_importance_sampling and not baked:
             text = "Multiple Importance of the light {name} is off: it casts no light through an interface."
             found.append(about(thing, "light_by_chance", text, "Turn it on"))
         if not light.use_shadow:

@@ -9,7 +9,7 @@ import math
 import bpy
 import pytest
 
-from nim_addon.cycles import checks, settings
+from nim_addon.cycles import caustics, checks, settings
 from nim_addon.cycles.material import interface_material, interface_node
 from nim_addon.cycles.nodes import empty_tree
 from nim_addon.cycles.visibility import as_rendered
@@ -261,6 +261,15 @@ def sky_portal(scene):
     light = bpy.data.lights.new("Window", "AREA")
     light.size, light.cycles.is_portal, light.cycles.use_multiple_importance_sampling = 0.0, True, False
     scene.collection.objects.link(bpy.data.objects.new("Window", light))
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.5])
+def test_baked_caustics_are_no_problem(scene, angle):
+    sun().data.angle = math.radians(angle)
+    caustics.bake(scene, photons=1 << 12, texels=16)
+    assert sun().data.cycles.use_multiple_importance_sampling is False and codes(scene) == []
+    caustics.clear(scene)
+    assert codes(scene) == ([] if angle else ["zero_light"])
 
 
 def test_shells_that_forgot_what_is_outside_of_them_are_mended(scene, render):

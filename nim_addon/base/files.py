@@ -35,7 +35,9 @@ def check_name(name):
 def _is_odd(letter):
     separates = letter in (os.sep, os.altsep)
     return (
-        separates or unicodedata.category(letter) in ("Cc", "Zl", "Zp") or unicodedata.bidirectional(letter) in TURNING
+        separates
+        or unicodedata.category(letter) in ("Cc", "Cs", "Zl", "Zp")
+        or unicodedata.bidirectional(letter) in TURNING
     )
 
 
@@ -46,6 +48,9 @@ def writable_folder(folder):
     """
     if not str(folder):  # which Path takes for the working directory
         raise OSError("the name of the folder to write into is empty; name a folder, or . for this one.")
+    if "Cs" in map(unicodedata.category, str(folder)):
+        # bytes that are no UTF-8, which neither Blender nor OpenImageIO takes
+        raise OSError(f"cannot write into {str(folder)!a}: its name is not Unicode; name another folder.")
     try:
         folder = Path(folder).expanduser()
         folder.mkdir(parents=True, exist_ok=True)

@@ -204,12 +204,12 @@ def bake(scene, light=None, *, progress=None, file=None, **options):
 
     scene, light, options: as for Bake; progress: called with (rounds done, rounds in all)
     file: None, or a path to keep the state in now and then: a bake that was killed goes on from there; gone at the end
-    Raises as Bake does, and OSError where there is no folder for the file, or a folder of its name.
+    Raises as Bake does, and OSError where there is no folder for the file, or what is no file has its name.
     """
     if file and not Path(file).parent.is_dir():
         raise OSError(f"there is no folder {Path(file).parent} to keep the bake in; make it, or name another.")
-    if file and Path(file).is_dir():
-        raise OSError(f"{file} is a folder, where the bake would be kept; move it away, or name another file.")
+    if file and Path(file).exists() and not Path(file).is_file():
+        raise OSError(f"{file} is no file to keep the bake in; move it away, or name another.")
     with Bake(scene, light, **options) as one, interruptible():
         if file:
             one.load(file)

@@ -2,6 +2,7 @@
 """The add-on's preferences, and the check of this Blender."""
 
 import json
+import os
 import subprocess
 import sys
 import tempfile
@@ -117,9 +118,12 @@ class _Check:
             command = [bpy.app.binary_path, "--background", "--factory-startup", "--python-expr", script]
         else:  # Blender as a Python module
             command = [sys.executable, "-c", script]
+        # what it leaves in the folder for temporary files where it is stopped goes with ours
+        environment = os.environ | dict.fromkeys(("TMPDIR", "TEMP", "TMP"), self.folder.name)
         with self._log().open("wb") as log:
             self.process = subprocess.Popen(
                 command,
+                env=environment,
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,

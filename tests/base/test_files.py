@@ -41,7 +41,7 @@ def names(folder):
 
 
 @pytest.mark.parametrize(
-    "name", ("", ".", "..", "a/b", "../a", "/a", "a\nb", "a\x1b[31m", "a\x7f", "a\x00", "a\u202eb")
+    "name", ("", ".", "..", "a/b", "../a", "/a", "a\nb", "a\x1b[31m", "a\x7f", "a\x00", "a\u202eb", "a\udcff")
 )
 def test_what_cannot_name_a_file_is_refused(name, tmp_path, one_sentence):
     with pytest.raises(ValueError) as raised, files.files_to(tmp_path / "new", name):
@@ -50,6 +50,13 @@ def test_what_cannot_name_a_file_is_refused(name, tmp_path, one_sentence):
     with pytest.raises(ValueError) as raised:
         files.check_name("x" * 250)
     one_sentence(raised.value, "250 letters", "at most 240")
+    assert not names(tmp_path)
+
+
+def test_a_folder_whose_name_is_no_text_is_refused(tmp_path, one_sentence):
+    with pytest.raises(OSError) as raised:
+        files.writable_folder(os.path.join(tmp_path, "a\udcff"))
+    one_sentence(raised.value, "udcff", "not Unicode", "name another folder").encode()
     assert not names(tmp_path)
 
 

@@ -2,6 +2,7 @@
 """Baked caustics: the surface shines with what landed on it, where it landed, and is itself again when they are cleared."""
 
 import math
+import os
 
 import bpy
 import numpy as np
@@ -172,9 +173,11 @@ def test_a_bake_is_kept_in_its_own_file_only(scene, tmp_path, one_sentence):
         assert one.load(tmp_path / "state")
     assert sorted(file.name for file in tmp_path.iterdir()) == ["state", "state.part", "stranger"]
     (tmp_path / "folder").mkdir()
-    with pytest.raises(OSError) as raised:
-        caustics.bake(scene, [SUN], file=tmp_path / "folder", **options)
-    one_sentence(raised.value, "is a folder", "name another file")
+    os.mkfifo(tmp_path / "fifo")  # which waits for ever for one who writes
+    for name in ("folder", "fifo"):
+        with pytest.raises(OSError) as raised:
+            caustics.bake(scene, [SUN], file=tmp_path / name, **options)
+        one_sentence(raised.value, f"{name} is no file", "name another")
 
 
 def test_a_bake_knows_when_it_is_out_of_date(scene):

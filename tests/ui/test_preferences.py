@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The preferences, what others read of them, and the check of this Blender."""
 
+import tempfile
+import time
+
 import bpy
 import pytest
 
@@ -100,6 +103,18 @@ def test_a_check_without_a_temporary_folder_gives_its_reason(addon, press, monke
         press("nim.check_blender")
     assert any("missing" in text for text in drawn(addon))
     assert not preferences.check.running
+
+
+def test_a_check_that_is_stopped_leaves_nothing_in_the_temporary_folder(addon, monkeypatch, tmp_path):
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    preferences.check.start()
+    deadline = time.monotonic() + 60
+    while not list(tmp_path.rglob("blender_*")) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert list(tmp_path.rglob("blender_*"))
+    preferences.check.stop()
+    assert not list(tmp_path.iterdir())
 
 
 def test_disabling_ends_a_check_that_runs(addon, monkeypatch):

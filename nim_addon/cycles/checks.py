@@ -95,7 +95,7 @@ def mend(scene, code=None):
 
 def _use_nodes(scene, problem):
     for name in problem.materials:
-        for node, _ in asked_interfaces(bpy.data.materials[name, None]):
+        for node, _ in asked_interfaces(bpy.data.materials[name]):
             node.node_tree = interface_group("nodes")
 
 

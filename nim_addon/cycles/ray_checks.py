@@ -62,18 +62,20 @@ def objects(sight: Sight) -> list[Problem]:
 
 
 def world(sight: Sight) -> list[Problem]:
-    """The Problem of a world that some of the rays from an interface do not see."""
-    seen = getattr(sight.scene.world, "cycles_visibility", None)
-    if seen is None or (seen.camera and seen.glossy and seen.transmission):
-        return []
-    text = "The world is invisible to rays that an interface mirrors or bends: they meet black."
-    return [_of_world(sight.scene, text)]
+    """The Problems of worlds that some of the rays from an interface do not see."""
+    found = []
+    for sky in _worlds(sight.scene):
+        seen = sky.cycles_visibility
+        if not (seen.camera and seen.glossy and seen.transmission):
+            text = "The world {name} is invisible to rays that an interface mirrors or bends: they meet black."
+            texts, remedy = ((text, LINKED), None) if sky.library else ((text,), "Make it visible")
+            found.append(Problem("world_visibility", texts, {"name": sky.name}, remedy))
+    return found
 
 
-def _of_world(scene, text):
-    if scene.world.library:
-        return Problem("world_visibility", (text, LINKED), {}, None)
-    return Problem("world_visibility", (text,), {}, "Make it visible")
+def _worlds(scene):
+    overrides = [getattr(layer, "world_override", None) for layer in scene.view_layers if layer.use]
+    return [sky for sky in dict.fromkeys(override or scene.world for override in overrides) if sky]
 
 
 def layers(sight: Sight) -> list[Problem]:
@@ -196,7 +198,7 @@ def _cast_no_caustics(scene, problem):
 
 
 def _show_world(scene, problem):
-    seen = scene.world.cycles_visibility
+    seen = bpy.data.worlds[problem.values["name"], None].cycles_visibility
     seen.camera = seen.glossy = seen.transmission = True
 
 

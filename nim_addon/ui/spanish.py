@@ -380,8 +380,8 @@ TEXTS = {
         "Las cáusticas de sombra no conocen la luz que se desvía hacia atrás: falta la luz que proyecta {name}."
     ),
     "Turn them off for it": "Desactivarlas para él",
-    "The world is invisible to rays that an interface mirrors or bends: they meet black.": (
-        "El entorno es invisible para los rayos que una interfaz refleja o desvía: encuentran negro."
+    "The world {name} is invisible to rays that an interface mirrors or bends: they meet black.": (
+        "El entorno {name} es invisible para los rayos que una interfaz refleja o desvía: encuentran negro."
     ),
     "View layer {layer} puts {material} in the place of all materials: no interface is rendered.": (
         "La capa de visualización {layer} pone {material} en lugar de todos los materiales: no se procesa interfaz alguna."

@@ -192,6 +192,16 @@ def glossy_world_off(scene):
     scene.world.cycles_visibility.glossy = False
 
 
+def world_of_layer_off(scene):
+    layer = scene.view_layers[0]
+    other = bpy.data.worlds.new("Other")
+    if hasattr(layer, "world_override"):  # from 4.3
+        layer.world_override = other
+    else:
+        scene.world = other
+    other.cycles_visibility.camera = False
+
+
 def few_samples_of_layer(scene):
     scene.view_layers[0].samples = 1
 
@@ -216,6 +226,7 @@ def not_for_transmission(scene):
     "code, spoil",
     [
         ("world_visibility", glossy_world_off),
+        ("world_visibility", world_of_layer_off),
         ("layer_samples", few_samples_of_layer),
         ("caustics", caustics_off),
         ("bounces", glossy_bounces_few),
@@ -299,6 +310,20 @@ def test_a_number_that_nothing_has(scene, one_sentence, name, value, word, fed):
     (problem,) = checks.problems(scene)
     one_sentence(problem.sentence, "NIM", name, word)
     assert problem.code == "number" and problem.remedy is None and problem.materials == ("NIM",)
+
+
+def test_a_number_that_a_driver_or_ones_own_group_gives(scene):
+    own_group(scene)
+    group = bpy.data.node_groups["Mine"]
+    group.interface.new_socket("n", in_out="INPUT", socket_type="NodeSocketFloat")
+    node = next(one for one in group.nodes if one.type == "GROUP")
+    group.links.new(group.nodes.new("NodeGroupInput").outputs["n"], node.inputs["Index Inside"])
+    outer = bpy.data.materials["Grouped"].node_tree.nodes["Group"].inputs["n"]
+    outer.default_value = -1.5
+    assert codes(scene) == []
+    outer.driver_add("default_value").driver.expression = "0.0"
+    bpy.context.view_layer.update()
+    assert codes(scene) == ["number"]
 
 
 def put(name, value, fed=False):

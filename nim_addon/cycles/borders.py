@@ -153,7 +153,7 @@ class Borders:
     def _lying(self, patch, own, votes):
         """The Misfit of a patch that lies in what another has inside: that other one decides what is there."""
         bad, fits, lost = Counter(), 0, 0
-        touching, _ = self.around.touching(patch)
+        touching, *_ = self.around.touching(patch)
         for backs, _, away in votes:
             # which of two faces in the same place is met is chance
             backs = Counter({key: count for key, count in backs.items() if not touching[key[0].body]})

@@ -21,6 +21,9 @@ def engine_name(scene: bpy.types.Scene) -> str:
     return ENGINES.get(scene.render.engine, scene.render.engine)
 
 
+ROUNDS = 4  # of mending all
+
+
 def backends(materials):
     """Names of the interface materials by the backend of their nodes: {"osl": names, "nodes": names}."""
     names = {}
@@ -87,9 +90,15 @@ def setting_problems(scene, backends):
 
 def mend(scene, code=None):
     """Mend what is wrong with a bpy.types.Scene: the problems of that code, or all. Returns those that were mended."""
-    mended = [problem for problem in problems(scene) if problem.remedy and code in (None, problem.code)]
-    for problem in mended:
-        MENDS[problem.code](scene, problem)
+    mended = []
+    # what is mended may show what is wrong behind it: a body that has holes has no outer side yet
+    for _ in range(ROUNDS):
+        those = [problem for problem in problems(scene) if problem.remedy and code in (None, problem.code)]
+        for problem in those:
+            MENDS[problem.code](scene, problem)
+        mended += [problem for problem in those if problem not in mended]
+        if not those:
+            break
     return mended
 
 

@@ -335,8 +335,11 @@ class _Edited:
 
 MENDS = {
     **border_checks.MENDS,
+    **place_checks.MENDS,
     "normals": _turn_out,
     "open": _close,
     "open_volume": _close,
     "doubled": _remove_doubled,
 }
+# Of all Problems that find() may find.
+CODES = {*MENDS, "coarse", "far"}

@@ -16,6 +16,8 @@ MANY = 100_000  # faces of a mesh that is not coarse
 FAR = 2_000
 # Of the points on an object that lie on faces of another: beyond, it is a copy.
 COPY = 0.9
+# Of the normals where two touch: beyond, they are all alike; and how far the two are then moved apart, of their size.
+FLAT, GAP = 0.95, 1e-4
 
 
 def find(sight: Sight, around: Surroundings) -> list[Problem]:
@@ -25,12 +27,13 @@ def find(sight: Sight, around: Surroundings) -> list[Problem]:
 
 def _touching(around):
     """Faces of two objects in the same place: which of them a ray meets is chance, and the other is met after it or not."""
-    shares, points = {}, {}
+    shares, points, ways = {}, {}, {}
     for patch in around.patches:
-        found, count = around.touching(patch)
+        found, sums, count = around.touching(patch)
         points[patch.body] = points.get(patch.body, 0) + count
         for other, share in found.items():
-            shares[patch.body, other] = shares.get((patch.body, other), 0) + share
+            pair = patch.body, other
+            shares[pair], ways[pair] = shares.get(pair, 0) + share, ways.get(pair, 0) + sums[other]
     found, named = [], set()
     for (index, other), share in shares.items():
         one, two = around.bodies[index], around.bodies[other]
@@ -39,12 +42,27 @@ def _touching(around):
             continue
         named.add(pair)
         text = "{name} and {other} have faces in the same place, of which one or the other is met: move one a little."
+        remedy, values = None, {"name": one.name, "other": two.name}
         if min(share, shares.get((other, index), share)) > COPY * points[index]:
             text = "{name} and {other} are in the same place, where one or the other is met: move or remove one."
-        materials = tuple(sorted({one.one.materials[slot].name for slot in one.media}))
+        # where they touch in one plane they can be moved apart
+        elif np.linalg.norm(ways[index, other]) > FLAT * share and _is_free(one.one):
+            remedy = "Move it a little"
+            values["step"] = (-GAP * one.size * ways[index, other] / np.linalg.norm(ways[index, other])).tolist()
         things = (one.name, two.name) if other in points else (one.name,)
-        found.append(Problem("touching", (text,), {"name": one.name, "other": two.name}, None, things, materials))
+        found.append(Problem("touching", (text,), values, remedy, things, _worn(one)))
     return found
+
+
+def _is_free(one):
+    thing = one.original
+    moved = thing.parent or thing.constraints or thing.animation_data or any(thing.lock_location)
+    return one.single and not (moved or thing.library or thing.override_library)
+
+
+def _move(scene, problem):
+    thing = bpy.data.objects[problem.values["name"], None]
+    thing.location = [place + step for place, step in zip(thing.location, problem.values["step"], strict=True)]
 
 
 def _coarse(sight, around):
@@ -116,3 +134,6 @@ def _far(around):
 
 def _worn(body):
     return tuple(sorted({body.one.materials[slot].name for slot in body.media}))
+
+
+MENDS = {"touching": _move}

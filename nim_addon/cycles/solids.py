@@ -98,7 +98,9 @@ class Solid:
         self.begins[-1] = len(self.corners)
         self.material = np.empty(count, np.int32)
         mesh.polygons.foreach_get("material_index", self.material)
-        self.low, self.high = bounds(self.points[np.unique(self.corners)] if count else self.points)
+        used = np.zeros(len(self.points), bool)
+        used[self.corners] = True
+        self.low, self.high = bounds(self.points[used])
         self.size = float(np.linalg.norm(self.high - self.low))
         places = self.points - ((self.low + self.high) / 2).astype(np.float32)
         if len(self.corners) == 3 * count:
@@ -154,7 +156,7 @@ class Solid:
         start, faces = self.same[self.corners], self._faces()
         end = start[self._ahead()] if len(start) else start
         self.doubled, self.first = np.zeros(self.count, bool), None
-        loops = np.arange(len(start))
+        loops = slice(None)
         if edge is None:
             # a face that welding leaves without area joins its neighbours to each other
             sides = np.bincount(faces[start != end], minlength=self.count)
@@ -167,7 +169,9 @@ class Solid:
             self.first = first[which.ravel()]
             self.doubled = self.first != np.arange(self.count)
             if self.doubled.any():
-                found = self._counted(edge, start, end, faces, loops[~self.doubled[faces[loops]]])
+                kept = np.zeros(len(start), bool)
+                kept[loops] = True
+                found = self._counted(edge, start, end, faces, np.flatnonzero(kept & ~self.doubled[faces]))
         return found
 
     def _counted(self, edge, start, end, faces, loops):
@@ -179,7 +183,7 @@ class Solid:
         else:
             edge = edge[loops]
             count = np.bincount(edge) if len(edge) else np.zeros(0, int)
-        return _Edges(edge, count, start, end, faces[loops], loops)
+        return _Edges(edge, count, start, end, faces[loops], np.arange(len(faces))[loops])
 
     def _divide(self, edges):
         two = edges.faces == 2

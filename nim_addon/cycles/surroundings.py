@@ -264,18 +264,23 @@ class Surroundings:
             self._memory[key] = found or set()
         return self._memory[key]
 
-    def touching(self, patch: Patch) -> tuple[Counter, int]:
-        """How many of some points of a Patch lie on faces of each other body, by its index; and how many points."""
+    def touching(self, patch: Patch) -> tuple[Counter, dict, int]:
+        """How many of some points of a Patch lie on faces of each other body, by its index; and of how many.
+
+        Between the two: the sum of the unit normals there, (3,), by the same index.
+        """
         key = (patch,)
         if key not in self._memory:
-            body, found = self.bodies[patch.body], Counter()
+            body, found, sums = self.bodies[patch.body], Counter(), {}
             starts, normals = self.starts(patch, FRONT, TOUCHED, 0.0)
             for place, normal in zip(starts, normals, strict=True):
                 reach = NEAR * body.size
                 near = ((self.lows - reach <= place) & (place <= self.highs + reach)).all(axis=1)
                 for other in set(np.flatnonzero(near).tolist()) - {patch.body}:
-                    found[other] += self.bodies[other].has(place, normal, reach)
-            self._memory[key] = +found, len(starts)
+                    if self.bodies[other].has(place, normal, reach):
+                        found[other] += 1
+                        sums[other] = sums.get(other, 0) + normal
+            self._memory[key] = found, sums, len(starts)
         return self._memory[key]
 
     def is_supported(self, index: int, part: int) -> bool:

@@ -270,9 +270,9 @@ TEXTS = {
     "Mended: {count}, left: {left}": "Corregidos: {count}, quedan: {left}",
     "Mended: {count}, nothing is left": "Corregidos: {count}, no queda ninguno",
     "Check Large Meshes": "Comprobar mallas grandes",
-    "Look at the large meshes of interface materials too: are they closed, do their normals point out": (
+    "Look at the large meshes of interface materials too: are they closed, do their normals and media fit": (
         "Examina también las mallas grandes con materiales de interfaz: si están cerradas, si sus normales "
-        "apuntan hacia fuera"
+        "y sus medios encajan"
     ),
     "All meshes of interface materials have been checked": (
         "Todas las mallas con materiales de interfaz están comprobadas"
@@ -453,6 +453,7 @@ TEXTS = {
     "{name} and {other} have faces in the same place, of which one or the other is met: move one a little.": (
         "{name} y {other} tienen caras en el mismo lugar, de las que se encuentra una u otra: mueve una un poco."
     ),
+    "Move it a little": "Moverlo un poco",
     "{name} and {other} are in the same place, where one or the other is met: move or remove one.": (
         "{name} y {other} están en el mismo lugar, donde se encuentra uno u otro: mueve o elimina uno."
     ),

@@ -7,7 +7,7 @@ import bpy
 from bpy.app.handlers import persistent
 from bpy.app.translations import pgettext_iface, pgettext_rpt
 
-from ..cycles import checks, ray_checks
+from ..cycles import checks, mesh_checks, ray_checks
 from ..cycles.sight import look
 from . import later
 
@@ -132,7 +132,7 @@ class NIM_OT_mend(bpy.types.Operator):
 
 
 class NIM_OT_check_meshes(bpy.types.Operator):
-    """Look at the large meshes of interface materials too: are they closed, do their normals point out"""
+    """Look at the large meshes of interface materials too: are they closed, do their normals and media fit"""
 
     bl_idname = "nim.check_meshes"
     bl_label = "Check Large Meshes"
@@ -152,7 +152,7 @@ class NIM_OT_check_meshes(bpy.types.Operator):
         there = known(context.scene)
         count = there.unmeasured
         _renew(context.scene.session_uid, everything=True)
-        wrong = sum(problem.code in ("normals", "open_volume") for problem in found(context.scene))
+        wrong = sum(problem.code in mesh_checks.CODES for problem in found(context.scene))
         self.report(
             {"INFO"}, pgettext_rpt("Meshes checked: {count}, problems: {wrong}").format(count=count, wrong=wrong)
         )

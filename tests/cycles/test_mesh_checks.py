@@ -191,6 +191,12 @@ def test_a_hole_is_said_and_filled(scene, split):
     assert len(thing.data.vertices) == count and thing.data.uv_layers, "nothing is merged or lost"
 
 
+def test_mend_all_turns_what_was_open_and_inside_out(scene):
+    thing = add("Box", NIM, box(2, inwards=True), without=1)
+    assert [problem.code for problem in checks.mend(scene)] == ["open", "normals"]
+    assert codes(scene) == [] and volumes(thing) == pytest.approx([8])
+
+
 def test_the_hole_in_a_smooth_ball_stays_smooth(scene):
     thing = add("Ball", NIM, ball(1), without=1)
     thing.data.shade_smooth()
@@ -396,8 +402,11 @@ def test_a_box_that_rests_on_the_floor_exactly(scene):
     add("Floor", None, sheet(5))
     (problem,) = found(scene)
     assert problem.code == "touching" and "Box and Floor have faces in the same place" in problem.sentence
-    thing.location.z = 1e-3
-    assert codes(scene) == []
+    checks.mend(scene)
+    assert codes(scene) == [] and 0 < thing.location.z < 1e-3 and tuple(thing.location)[:2] == (0, 0)
+    thing.location.z = 0
+    thing.lock_location[2] = True
+    assert [one.remedy for one in found(scene)] == [None]
 
 
 @pytest.mark.parametrize("segments, coarse", [(16, True), (24, True), (32, False), (64, False)])

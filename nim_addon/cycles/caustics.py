@@ -18,33 +18,24 @@ import numpy as np
 
 from ..base.files import whole
 from ..stopping import interruptible
-from . import charts, lights
-from .bending import is_interface, lands, mirrors_of
+from . import lights
+from .bending import lands
 from .density import LEVELS, Density, layout
+from .digest import ALIKE, digest
 from .material import asked_interfaces
 from .nodes import Nodes, empty_tree
 from .photons import ATTRIBUTE, Landed, Tracer, set_materials
-from .visibility import HIDDEN, OWNER, asked, counting, has_nodes, rendered
+from .visibility import HIDDEN, OWNER, counting, has_nodes
 
 DIGEST = "nim_caustics_of"  # of the collection: digest() of the scene that was traced
 MULTIPLE = "nim_caustics_multiple"  # of a lamp: whether it was found by chance too; of a sky: how it was sampled
 SKY = "nim_caustics_sky"  # of the collection: the world whose sun the caustics are of
 COLLECTION = "NIM Caustics"
-SURFACES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
 PHOTONS = 1 << 24
 PASS = 1 << 20  # photons of a round
 SAVING = 20  # seconds between two savings of a bake
 PASSES = 64  # at least, of a light that a pass shows one point or one width of
 TRIAL = 1 << 18  # photons by which the textures are laid out
-LAMP = ("type", "energy", "color", "exposure", "use_temperature", "temperature", "use_nodes", "normalize", "angle")
-LAMP += ("shadow_soft_size", "spot_size", "spot_blend", "shape", "size", "size_y", "spread")
-PLAIN = ("BOOLEAN", "INT", "FLOAT", "STRING", "ENUM")
-# of a modifier or a curve, and of no weight: another one in another session, or by the way it is shown
-MINOR = {"execution_time", "is_active", "use_pin_to_last", "session_uid", "users", "use_fake_user", "tag"}
-KNOT = ("co", "handle_left", "handle_right", "radius", "tilt", "weight", "rotation", "type")  # of a curve or a metaball
-# what a copy must have of an object to look like it
-ALIKE = ("visible_camera", "visible_diffuse", "visible_glossy", "visible_transmission", "visible_volume_scatter")
-ALIKE += ("visible_shadow", "is_shadow_catcher", "is_holdout", "color", "pass_index")
 NARROW = math.radians(10)  # a sun that is better traced than found by chance
 DISKS = 6  # lamps for a Gaussian sun
 
@@ -228,68 +219,6 @@ def bake(scene, light=None, *, progress=None, file=None, **options):
     return power
 
 
-def digest(scene):
-    """A mark of all that decides the caustics of `scene`: shapes and places, media, lamps; another one if any changes."""
-    lines = [repr(lights.sun_of(scene))]
-    scene.view_layers[0].update()
-    for thing in rendered(scene):
-        if thing.type == "LIGHT":
-            what = [_plain(getattr(thing.data, name, None)) for name in LAMP]
-        elif thing.type in SURFACES:
-            what = [_shape_mark(thing.data), [_settings(modifier) for modifier in thing.modifiers]]
-            what += [_material_mark(slot.material) for slot in thing.material_slots]
-        else:
-            continue
-        lines.append(json.dumps([what, np.round(np.array(thing.matrix_world), 6).tolist()]))
-    return hashlib.sha256("".join(sorted(lines)).encode()).hexdigest()
-
-
-def _shape_mark(data):
-    if not isinstance(data, bpy.types.Mesh):
-        knots = [point for spline in getattr(data, "splines", ()) for point in (*spline.points, *spline.bezier_points)]
-        places = [
-            [_plain(getattr(one, name, None)) for name in KNOT] for one in (*knots, *getattr(data, "elements", ()))
-        ]
-        return [_settings(data), places]
-    mark = hashlib.sha256(charts.read(data.vertices, "co", 3).tobytes())
-    mark.update(charts.read(data.loops, "vertex_index", 1, np.int32).tobytes())
-    if data.shape_keys:
-        mark.update(json.dumps([key.value for key in data.shape_keys.key_blocks]).encode())
-    return mark.hexdigest()
-
-
-def _material_mark(material):
-    nodes = [one.node for one in asked(material) if is_interface(one.node)] + [one.node for one in mirrors_of(material)]
-    if not nodes:
-        return "lands" if lands(material) else "dark"
-    sockets = [socket for node in nodes for socket in node.inputs if hasattr(socket, "default_value")]
-    return [[socket.name, socket.is_linked, _plain(socket.default_value)] for socket in sockets]
-
-
-def _settings(owner):
-    """The plain properties of a modifier or a curve, and the inputs of geometry nodes."""
-    values = {
-        one.identifier: _plain(getattr(owner, one.identifier))
-        for one in owner.bl_rna.properties
-        if one.type in PLAIN and one.identifier not in MINOR and not _is_look(one.identifier)
-    }
-    for key in owner.keys() if isinstance(owner, bpy.types.NodesModifier) else ():
-        values[key] = repr(owner[key])
-    return values
-
-
-def _is_look(identifier):
-    return identifier.startswith("show_") and identifier != "show_render"
-
-
-def _plain(value):
-    if value is None or isinstance(value, (str, bool, int)):
-        return value
-    if isinstance(value, set):
-        return sorted(value)
-    return round(value, 6) if isinstance(value, float) else [_plain(one) for one in value]
-
-
 def best_way(scene):
     """ "traced" where the sun in the sky of `scene` is so narrow that a path tracer hardly meets it, else "path"."""
     sun = lights.sun_of(scene)
@@ -309,10 +238,10 @@ def left(scene):
     )
 
 
-def out_of_date(scene):
-    """Whether `scene` has caustics of another shape, place, medium or light than it has now."""
+def out_of_date(scene, meshes=None):
+    """Whether `scene` has caustics of another shape, place, medium or light than it has now; `meshes` as for digest()."""
     collection = baked(scene)
-    return collection is not None and collection.get(DIGEST) != digest(scene)
+    return collection is not None and collection.get(DIGEST) != digest(scene, meshes)
 
 
 # ------------------------------------------------------------------------------------------------ what shines

@@ -162,6 +162,9 @@ class Bake:
 
     def _mark(self):
         of = [digest(self.scene), self.seed, self.photons, self.total, self.texels, bpy.app.version_string]
+        of.append(
+            [(chart.thing, chart.axis) for chart in self.tracer.charts]
+        )  # sums are kept by their numbers and names
         return hashlib.sha256(json.dumps([*of, repr([light for light, _ in self.sources])]).encode()).hexdigest()
 
     def _copies(self, name, texture):

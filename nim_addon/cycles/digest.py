@@ -51,7 +51,8 @@ def digest(scene: bpy.types.Scene, meshes: dict | None = None) -> str:
         for one in shown(scene, depsgraph):
             if one.original.get(PATHS):
                 continue
-            key = (one.original.session_uid, one.parent.session_uid if one.parent else 0, one.object.data.as_pointer())
+            key = (one.original, one.parent or one.original, one.object.data)
+            key = (key[0].session_uid, key[1].session_uid, key[2].as_pointer())
             here.add(key)
             if key not in meshes:
                 meshes[key] = _mesh_mark(one.object.data)
@@ -84,16 +85,16 @@ def _surface_mark(one, mesh, trees):
 
 def _place(matrix, low, high):
     """Where a matrix puts a box, to SAME of its size there, and whether it mirrors it."""
-    frame, size = np.array(matrix), high - low
+    frame, size = np.array(matrix.copy()), high - low
     corners = np.array([low, *(low + np.eye(3) * size)]) @ frame[:3, :3].T + frame[:3, 3]
     extent = float(np.linalg.norm(np.ptp(corners, axis=0)))
     return _rounded(corners, extent), matrix.determinant() < 0
 
 
 def _rounded(values, extent):
-    """Numbers, to SAME of an extent; to SAME of the largest where that is 0 or no number."""
+    """Numbers, to SAME of an extent, or of a quarter of the largest: single precision is not much finer."""
     values = np.asarray(values, float)
-    size = extent if 0 < extent < math.inf else float(np.abs(values).max(initial=0.0))
+    size = max(extent, float(np.abs(values).max(initial=0.0)) / 4)
     if not 0 < size < math.inf:
         return values.tolist()
     step = 2.0 ** math.floor(
@@ -245,7 +246,7 @@ def _source(socket, path, places):
 
 def _image_mark(image):
     line = [_plain(getattr(image, name)) for name in IMAGE] + [image.colorspace_settings.name]
-    line += [hashlib.sha256(one.data).hexdigest() for one in image.packed_files if one.packed_file]
+    line += [hashlib.sha256(one.packed_file.data).hexdigest() for one in image.packed_files if one.packed_file]
     if image.is_dirty and image.has_data:  # painted, and nowhere else yet
         pixels = np.empty(len(image.pixels), np.float32)
         image.pixels.foreach_get(pixels)

@@ -51,11 +51,11 @@ def digest(scene: bpy.types.Scene, meshes: dict | None = None) -> str:
         for one in shown(scene, depsgraph):
             if one.original.get(PATHS):
                 continue
-            key = (one.original, one.parent or one.original, one.object.data)
+            key = (one.original, one.parent or one.original, one.mesh)
             key = (key[0].session_uid, key[1].session_uid, key[2].as_pointer())
             here.add(key)
             if key not in meshes:
-                meshes[key] = _mesh_mark(one.object.data)
+                meshes[key] = _mesh_mark(one.mesh)
             lines.append(_surface_mark(one, meshes[key], trees))
         for key in set(meshes) - here:
             del meshes[key]

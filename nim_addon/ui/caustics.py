@@ -11,10 +11,12 @@ from bpy.props import EnumProperty, IntProperty, PointerProperty
 
 from .. import cli
 from ..cycles import caustics, lights
+from ..cycles.digest import digest, forget_changed
 from . import later, scenes
 
 MILLION = 1_000_000  # photons in the panel's unit
 ROUND = 1 << 18  # photons of a round, at most: a window does not answer meanwhile
+SETTLED = 0.3  # seconds without a redraw before a change is looked at: not while a thing is dragged
 LEAST = 2  # rounds of which caustics can be made: either half of them smooths the other
 BAKED = "nim_caustics_baked"  # of the collection of the caustics: what was baked, and of how much
 
@@ -62,7 +64,7 @@ class Run:
         settings = scene.nim_caustics
         self.scene, self.started, self.more = scene, time.monotonic(), True
         self.settings = [settings.photons, settings.texels, settings.seed]
-        self.mark = caustics.digest(scene)
+        self.mark = digest(scene, _meshes)
         self.bake = bake = caustics.Bake(
             scene, photons=settings.photons * MILLION, texels=int(settings.texels), seed=settings.seed, most=ROUND
         )
@@ -98,7 +100,7 @@ class Run:
     def keep(self):
         """Put what is traced into the scene; ValueError, one sentence, where the scene is no longer the one traced."""
         scene = self.scene
-        if caustics.digest(scene) != self.mark:
+        if digest(scene, _meshes) != self.mark:
             raise ValueError(pgettext_rpt("The scene was changed while it was traced; bake it again."))
         self.bake.put()
         collection = caustics.baked(scene)
@@ -153,7 +155,8 @@ class _Known:
         self.baked = collection is not None
         made = collection.get(BAKED) if self.baked else None
         self.made = made.to_dict() if made else None  # a script's own bake says nothing of itself
-        self.stale = self.baked and caustics.out_of_date(scene)
+        self.left = caustics.left(scene)
+        self.stale = self.baked and caustics.out_of_date(scene, _meshes)
 
 
 def _lights(scene):
@@ -165,28 +168,44 @@ def _lights(scene):
     return "; ".join(f"{kind}: {', '.join(names)}" for kind, names in kinds.items())
 
 
-# By session_uid of a scene, and those of them that nothing has changed since.
+# By session_uid of a scene, and those of them that nothing has changed since; the marks of meshes (digest()); and
+# whether a scene is looked at just now, which changes it for as long.
 _known = {}
 _fresh = set()
+_meshes = {}
+_looking = False
 
 
 def _look(scene):
     """The _Known of a scene; while it is looked at anew, the last one, or None."""
-    if scene.session_uid not in _fresh:
-        later.do(_renew, scene.session_uid)
-    return _known.get(scene.session_uid)
+    uid = scene.session_uid
+    # what is being edited is not evaluated as it will be rendered
+    if uid not in _fresh and bpy.context.mode == "OBJECT":
+        later.do(_renew, uid, after=SETTLED if uid in _known else 0.0)
+    return _known.get(uid)
 
 
 def _renew(uid):
+    global _looking
     scene = next((scene for scene in bpy.data.scenes if scene.session_uid == uid), None)
-    if scene:
+    if not scene:
+        return
+    _looking = True
+    try:
         _known[uid] = _Known(scene)
-        _fresh.add(uid)  # after the look, which brings the scene up to date and is told of it as of a change
+        # what the look has changed and put back is evaluated now, or it would be taken for a change later
+        for layer in {scene.view_layers[0], *(window.view_layer for window in bpy.context.window_manager.windows)}:
+            layer.update()
+    finally:
+        _looking = False
+    _fresh.add(uid)
 
 
 def _up_to_date(scene):
-    """Whether baking would give what is there."""
-    known, settings = _look(scene), scene.nim_caustics
+    """Whether baking would give what is there, as far as that is known."""
+    # without a window a look is at once, and nothing can be changed for it while Blender asks what can be pressed
+    known = _known.get(scene.session_uid) if bpy.app.background else _look(scene)
+    settings = scene.nim_caustics
     if scene.session_uid not in _fresh or known.stale or not known.made:
         return False
     return list(known.made["settings"]) == [str(settings.photons), settings.texels, str(settings.seed)]
@@ -329,6 +348,11 @@ class NIM_OT_bake_caustics(bpy.types.Operator):
         return state
 
 
+def _left(scene):
+    """Whether there is anything to clear, from what is known if that is fresh."""
+    return _known[scene.session_uid].left if scene.session_uid in _fresh else caustics.left(scene)
+
+
 class NIM_OT_clear_caustics(bpy.types.Operator):
     """Take the baked caustics out of this scene; its surfaces and lamps are as before"""
 
@@ -343,7 +367,7 @@ class NIM_OT_clear_caustics(bpy.types.Operator):
             problem = "Caustics are being baked; Esc stops it"
         elif context.mode != "OBJECT":
             problem = "Leave the mode you are in for Object Mode first"
-        elif not caustics.left(context.scene):
+        elif not _left(context.scene):
             problem = "This scene has no baked caustics"
         if problem:
             cls.poll_message_set(problem)
@@ -417,7 +441,23 @@ def _draw_known(layout, context, known):
 
 @persistent
 def _changed(scene, depsgraph=None):
-    _fresh.discard(scene.session_uid)
+    if depsgraph is not None:
+        forget_changed(_meshes, depsgraph)
+    if not _looking and _counts(depsgraph):
+        _fresh.discard(scene.session_uid)
+
+
+def _counts(depsgraph):
+    """Whether an update can be of what is traced or named here. What is hidden is not evaluated, and comes without any."""
+    updates = depsgraph.updates if depsgraph else ()
+    return not len(updates) or any(_is_change(one) for one in updates)
+
+
+def _is_change(update):
+    one = update.id
+    kind = one.type if isinstance(one, bpy.types.Object) else type(one).__name__.upper()
+    told = update.is_updated_geometry or update.is_updated_transform or update.is_updated_shading
+    return kind == "LIGHT" or (told and kind != "CAMERA")
 
 
 @persistent
@@ -425,6 +465,7 @@ def forget(*_):
     """Forget what is known: another file, or another state of this one."""
     _known.clear()
     _fresh.clear()
+    _meshes.clear()
 
 
 @persistent

@@ -445,7 +445,7 @@ def _compare(arguments):
             raise UsageError(f"{' '.join(assignments)}: {error}") from None
     stem = arguments.name or file_name(kind.name, arguments.assignments)
     names = [_own_name(file_name(stem, assignments)) for assignments, _ in variants]
-    if len(set(names)) < len(names):
+    if len({parameters for _, parameters in variants}) < len(variants) or len(set(names)) < len(names):
         raise UsageError("--vary names the same value twice; each image needs one of its own.")
     with _Output(arguments, len(variants)) as output:
         images = []

@@ -284,6 +284,8 @@ REFUSED = [
     ("compare glass --vary liquid=water,watr", "liquid=watr: there is no medium 'watr'"),
     ("compare glass --vary liquid=water,water", "the same value twice"),
     ("compare pool --set mu=-10", "liquid=none: mu = -10 needs a liquid"),
+    ("compare sphere --vary n=1.5,1.50", "the same value twice"),
+    ("compare glass --vary liquid=nim,n=-1.33", "the same value twice"),
     ("compare sphere --vary n=1,-1.33,mu=3", "n=-1.33 mu=3: mu = 3 does not go with"),
     ("render --again nothing.exr", "there is no file"),
     ("render sphere --again x.exr", "without SCENE"),

@@ -18,6 +18,7 @@ from ..stopping import step
 
 # The attribute of our images that holds, as JSON, everything that made them.
 ATTRIBUTE = "nimray"
+WIDEST = 1 << 20  # pixels, of an image that can be ours
 
 
 @contextlib.contextmanager
@@ -176,7 +177,7 @@ def _keep_noise(scene, result, linear):
     _media(image, "IMAGE")
     noisy = tuple(f"{scene.view_layers[0].name}.Noisy Image.{channel}" for channel in "RGB")
     picture = oiio.ImageBufAlgo.channels(_read(layers), noisy, newchannelnames=tuple("RGB"))
-    if picture.has_error or not picture.write(str(linear)):
+    if picture.has_error or not picture.write(_named(linear)):
         raise RuntimeError(f"Blender kept no image without denoising: {picture.geterror()}.")
 
 
@@ -198,11 +199,19 @@ def pixels_of(scene):
     return pixels[..., :3].astype(float)
 
 
+def _named(path):
+    """The name of a file as OpenImageIO takes it; OSError, one sentence, for one that it cannot take."""
+    try:
+        return os.fsencode(path).decode()  # where the system's letters are not UTF-8, Python's path has none of them
+    except UnicodeDecodeError:
+        raise OSError(f"{path} has a name that is not in UTF-8, as those of images must be; name another.") from None
+
+
 def image_of(path):
     """The OpenImageIO.ImageBuf of a file."""
     import OpenImageIO as oiio
 
-    return oiio.ImageBuf(str(path))
+    return oiio.ImageBuf(_named(path))
 
 
 def _read(path):
@@ -231,30 +240,41 @@ def write_with_metadata(image, target, metadata):
     maker = ascii(metadata.get("nimray", ""))[:99].strip("'")
     image.specmod().attribute("Software", f"nimray {maker}, Blender {bpy.app.version_string}")
     with quiet(2):  # OpenEXR complains there by itself
-        written = image.write(str(target))
+        written = image.write(_named(target))
         error = image.geterror() or oiio.geterror()  # else it is printed
     if error or not written:
         raise _cut_off(target)
     # which says True on a full disk, too, and drops what a PNG is too small for
-    if _record_in(target) != record and not is_full(target.parent):
+    carried, whole = _record_in(target)
+    if not whole:
+        raise _cut_off(target)
+    if carried != record and not is_full(target.parent):
         size = f"{len(record) / 1e6:.3g} million letters"
         raise ValueError(f"metadata of {size} is more than a {target.suffix} can carry; leave some of it out.")
 
 
 def _record_in(path):
-    """The text of the record in an image that was just written; OSError where that is not whole. By and by: it is large."""
+    """The text of the record in an image file, and whether the file is whole: "" where it has none, None for no image.
+
+    It is read by and by: it may be large, or claim to be.
+    """
     import OpenImageIO as oiio
 
-    with quiet(2):
-        image = oiio.ImageInput.open(str(path))
-        spec = image and image.spec()
-        step = spec and max(1, (1 << 26) // spec.scanline_bytes())
-        tops = range(0, spec.height, step) if spec else ()
-        parts = [image.read_scanlines(0, 0, top, min(top + step, spec.height), 0, 0, 3) is not None for top in tops]
-        error = image.geterror() if image else oiio.geterror()  # else it is printed
-    if error or not parts or not all(parts):
-        raise _cut_off(path)
-    return spec.get_string_attribute(ATTRIBUTE)
+    with quiet(2):  # OpenEXR complains there by itself
+        image = oiio.ImageInput.open(_named(path))
+        if not image:
+            oiio.geterror()  # else it is printed, on standard output, into --json and --progress
+            return None, False
+        spec = image.spec()
+        text = spec.get_string_attribute(ATTRIBUTE)
+        if spec.width > WIDEST:
+            return text, False
+        step, end = max(1, (1 << 26) // spec.scanline_bytes()), spec.y + spec.height
+        whole = all(
+            image.read_scanlines(0, 0, top, min(top + step, end), 0, 0, spec.nchannels) is not None
+            for top in range(spec.y, end, step)
+        )
+        return text, not image.geterror() and whole
 
 
 def record_of(exr):
@@ -272,18 +292,14 @@ def read_metadata(path):
 
     Raises FileNotFoundError, or ValueError in one sentence for a file that is not an image, is truncated, or is not ours.
     """
-    import OpenImageIO as oiio
-
     path = Path(path)
     if not path.is_file():
         raise FileNotFoundError(f"there is no file {path}.")
-    with quiet(2):  # OpenEXR complains there by itself
-        image = oiio.ImageBuf(str(path))
-        whole = image.initialized and image.read(force=True)  # a header can be whole where the pixels are not
-    # asked for first: OpenImageIO prints an error that nobody asked for on standard output, into --json and --progress
-    if image.geterror() or not whole:
+    text, whole = _record_in(path)
+    # a header can be whole where the pixels are not
+    if not whole and text != "":
         raise ValueError(f"{path} is not a whole image: it may be cut off, or not an image at all; render it again.")
     try:
-        return records.parse(image.spec().get_string_attribute(ATTRIBUTE))
+        return records.parse(text)
     except ValueError:
         raise ValueError(f"{path} was not made by nimray: it carries no record of scene and parameters.") from None

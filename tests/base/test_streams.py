@@ -73,3 +73,10 @@ def test_letters_that_a_terminal_lacks_are_escaped(encoding, letters, tmp_path):
     assert (done.returncode, done.stderr, done.stdout.strip()) == (0, b"", letters)
     refused = shell("NIMRAY render сфера", tmp_path, PYTHONIOENCODING=encoding)
     assert refused.returncode == 2 and refused.stderr.count(b"\n") == 1
+
+
+def test_a_folder_with_other_letters_than_the_systems_own(tmp_path):
+    done = shell(f"NIMRAY {RENDER}/é", tmp_path, LC_ALL="C", PYTHONCOERCECLOCALE="0", PYTHONUTF8="0")
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert done.stdout == b"o/\\udcc3\\udca9/sphere.exr\no/\\udcc3\\udca9/sphere.png\n"
+    assert {file.name for file in (tmp_path / "o" / "é").iterdir()} == {"sphere.exr", "sphere.png"}

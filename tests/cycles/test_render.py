@@ -1,7 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The headless render: whole files or none, with what made them."""
 
+import resource
 import shutil
+import struct
+import sys
+import zlib
 
 import bpy
 import numpy as np
@@ -218,3 +222,31 @@ def test_what_is_no_whole_image_is_refused_without_a_word_of_the_library(scene, 
             render.read_metadata(file)
     assert render.record_of(files[0]) is None
     assert capfd.readouterr() == ("", "")
+
+
+def test_an_image_that_claims_to_be_huge_takes_no_memory(scene, tmp_path):
+    """Of 60,000 pixels a side in 40 kB, as a bomb of zeros is: it was unpacked at once, into 10 GB."""
+
+    def chunk(name, data):
+        return struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
+
+    side = 60000
+    packer = zlib.compressobj(9)
+    rows = b"".join(packer.compress(bytes(1 + 3 * side)) for _ in range(200)) + packer.flush()
+    head = chunk(b"IHDR", struct.pack(">IIBBBBB", side, side, 8, 2, 0, 0, 0))
+    text = chunk(b"tEXt", f"{render.ATTRIBUTE}\0{{}}".encode())
+    file = tmp_path / "bomb.png"
+    file.write_bytes(b"\x89PNG\r\n\x1a\n" + head + text + chunk(b"IDAT", rows) + chunk(b"IEND", b""))
+    assert file.stat().st_size < 100_000
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    with pytest.raises(ValueError, match="not a whole image"):
+        render.read_metadata(file)
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 1 << 20  # kB
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="where names of files are bytes")
+def test_a_folder_whose_name_is_no_text_is_refused(scene, tmp_path, one_sentence):
+    with pytest.raises(OSError) as caught:
+        render.render(scene, tmp_path / "\udcff", "one")
+    one_sentence(caught.value, "not in UTF-8")
+    assert not list((tmp_path / "\udcff").iterdir())

@@ -403,7 +403,6 @@ def _split(collection, lamp):
     seen[OWNER] = True
     own = lights.emitted(lamp)
     nodes = Nodes(empty_tree(seen.data))
-    seen.data.use_nodes = True
     path = nodes.add("ShaderNodeLightPath").outputs
     straight = nodes.math("MAXIMUM", path["Is Camera Ray"], path["Is Singular Ray"])
     scattered = nodes.math("LESS_THAN", path["Diffuse Depth"], 0.5)
@@ -415,8 +414,6 @@ def _split(collection, lamp):
 def _plain_diffuse(material):
     """Give a material without nodes those of what Cycles renders in its place."""
     nodes = Nodes(empty_tree(material))
-    if not has_nodes(material):
-        material.use_nodes = True
     nodes.end(nodes.add("ShaderNodeBsdfDiffuse", inputs={"Color": tuple(material.diffuse_color)}))
 
 

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import mathutils
 import numpy as np
 
+from .nodes import uses_nodes
 from .visibility import rendered
 
 TURNS = 60  # ways to turn the frame about the light's direction, of which the tightest is taken
@@ -190,7 +191,7 @@ def emitted(thing):
 
     Raises ValueError, one sentence, where more than that decides its light.
     """
-    if not (thing.data.use_nodes and thing.data.node_tree):
+    if not uses_nodes(thing.data):
         return np.ones(3)
     nodes = [node for node in thing.data.node_tree.nodes if node.type not in ("OUTPUT_LIGHT", "FRAME", "REROUTE")]
     if len(nodes) == 1 and nodes[0].type == "EMISSION" and not any(socket.is_linked for socket in nodes[0].inputs):

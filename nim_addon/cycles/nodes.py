@@ -4,9 +4,20 @@
 import bpy
 
 
+def uses_nodes(owner):
+    """Whether a render asks the node tree of a bpy.types.Material, World or Light.
+
+    Where it always does, from Blender 5.0 on and for lamps from 5.1 on, it is not asked: that is deprecated.
+    """
+    if owner.node_tree is None:
+        return False
+    switch = owner.bl_rna.properties.get("use_nodes")
+    return switch is None or getattr(switch, "is_deprecated", False) or owner.use_nodes
+
+
 def empty_tree(owner):
-    """The node tree of a bpy.types.Material, World or Light, made where it has none, with no node in it."""
-    if owner.node_tree is None:  # from 5.0 they come with their tree
+    """The node tree of a bpy.types.Material, World or Light, made where it has none, with no node in it, and in use."""
+    if not uses_nodes(owner):
         owner.use_nodes = True
     owner.node_tree.nodes.clear()
     return owner.node_tree

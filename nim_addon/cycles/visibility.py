@@ -12,9 +12,10 @@ from typing import NamedTuple
 import bpy
 import mathutils
 
+from .nodes import uses_nodes
+
 OWNER = "nim_caustics"  # marks what a bake (caustics.Bake) put into the scene
 HIDDEN = "nim_caustics_hidden"  # and what it put a copy in the place of
-ALWAYS_NODES = (5, 0)  # the Blender from which on a material's nodes cannot be switched off
 INTERFACE = "nim_interface"  # the custom property of the node groups that are interfaces (material.MARK)
 
 
@@ -167,9 +168,7 @@ def materials_of(thing: bpy.types.Object, override: bpy.types.Material | None = 
 
 def has_nodes(material):
     """Whether a bpy.types.Material, or None, is made of nodes; else it is a plain diffuse one."""
-    if material is None or material.node_tree is None:
-        return False
-    return bpy.app.version >= ALWAYS_NODES or material.use_nodes
+    return material is not None and uses_nodes(material)
 
 
 def asked(material: bpy.types.Material | None, socket: str = "Surface") -> list[Asked]:

@@ -3,6 +3,7 @@
 
 import atexit
 import json
+import os
 import subprocess
 import sys
 import threading
@@ -56,6 +57,7 @@ class Job:
             stderr=subprocess.STDOUT,
             encoding="utf-8",
             errors="replace",
+            env=os.environ.copy(),  # without what Blender itself has set, of which 5.2 would have its child speak
             creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
         )
         self.reader = threading.Thread(target=self._read, daemon=True)

@@ -21,7 +21,8 @@ def scene(empty_file):
     scene = bpy.context.scene
     settings.lossless(scene, "nodes")
     scene.world = bpy.data.worlds.new("World")
-    scene.world.use_nodes = True
+    if scene.world.node_tree is None:
+        scene.world.use_nodes = True
     scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0.0
     slab = add(scene, "Slab", box(200.0, 1.8, 2.2), interface_material("NIM", Medium(-1.0), backend="nodes"))
     slab.data.validate()

@@ -229,7 +229,6 @@ def test_a_lamp_with_an_emission_node_is_traced_and_seen_with_its_colour(empty_f
     scene = stage_of("point", Medium(-1.5))
     lamp = scene.objects["Lamp"]
     plain = np.array(lights.light_of(lamp).intensity)
-    lamp.data.use_nodes = True
     nodes = Nodes(empty_tree(lamp.data))
     nodes.end(nodes.add("ShaderNodeEmission", inputs={"Color": (0.5, 0.25, 0.125), "Strength": 2.0}), "Light")
     assert lights.light_of(lamp).intensity == pytest.approx(plain * (1.0, 0.5, 0.25))

@@ -4,6 +4,7 @@ import bpy
 import pytest
 
 from nim_addon.cycles.material import asked_interfaces, interface_material, interface_node, interface_of
+from nim_addon.cycles.nodes import empty_tree
 from nim_addon.cycles.visibility import as_rendered, asked, shown, value_of
 from nim_addon.physics import Interface, Medium
 
@@ -116,9 +117,7 @@ def in_group(nim_values):
     inner.links.new(enter.outputs["n"], node.inputs["Index Inside"])
     inner.links.new(node.outputs["BSDF"], leave.inputs["Shader"])
     material = bpy.data.materials.new("Holds")
-    material.use_nodes = True
-    tree = material.node_tree
-    tree.nodes.clear()
+    tree = empty_tree(material)
     outer = tree.nodes.new("ShaderNodeGroup")
     outer.node_tree = inner
     outer.inputs["n"].default_value = nim_values

@@ -13,13 +13,14 @@ import bpy
 import numpy as np
 
 from . import lights
+from .nodes import uses_nodes
 from .visibility import as_rendered, asked, has_nodes, rendered, shown, source_of, value_of
 
 PATHS = "nim_light_paths"  # of the curves that show light paths (ui.light_paths.MARK), which neither light nor shade
 # what a copy must have of an object to look like it
 ALIKE = ("visible_camera", "visible_diffuse", "visible_glossy", "visible_transmission", "visible_volume_scatter")
 ALIKE += ("visible_shadow", "is_shadow_catcher", "is_holdout", "color", "pass_index")
-LAMP = ("type", "energy", "color", "exposure", "use_temperature", "temperature", "use_nodes", "normalize", "angle")
+LAMP = ("type", "energy", "color", "exposure", "use_temperature", "temperature", "normalize", "angle")
 LAMP += ("shadow_soft_size", "spot_size", "spot_blend", "shape", "size", "size_y", "spread", "use_soft_falloff")
 LAMP += ("use_shadow", "use_square")
 MATERIAL = ("pass_index", "displacement_method")
@@ -135,7 +136,7 @@ def _lamp_mark(thing, trees):
     line = [_plain(getattr(lamp.data, name, None)) for name in LAMP]
     line += [getattr(thing.data.cycles, name, None) for name in ("cast_shadow", "is_portal")]
     line += [_rounded(frame[:3, :3], 0.0), _rounded(frame[:3, 3], 0.0)]
-    if line[LAMP.index("use_nodes")]:
+    if uses_nodes(lamp.data):
         line.append(trees.mark(lamp.data))
     for kind in ("receiver_collection", "blocker_collection"):
         collection = getattr(thing.light_linking, kind)

@@ -127,7 +127,6 @@ class _Check:
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,
-                env=os.environ.copy(),  # without what Blender itself has set, of which 5.2 would have its child speak
                 creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
             )
 

@@ -8,7 +8,6 @@ import re
 import shutil
 import socket
 import tempfile
-import unicodedata
 from pathlib import Path
 
 from .. import stopping
@@ -48,9 +47,10 @@ def writable_folder(folder):
     """
     if not str(folder):  # which Path takes for the working directory
         raise OSError("the name of the folder to write into is empty; name a folder, or . for this one.")
-    if "Cs" in map(unicodedata.category, str(folder)):
-        # bytes that are no UTF-8, which neither Blender nor OpenImageIO takes
-        raise OSError(f"cannot write into {str(folder)!a}: its name is not Unicode; name another folder.")
+    try:
+        os.fsencode(folder).decode()
+    except UnicodeError:  # which neither Blender nor OpenImageIO takes
+        raise OSError(f"cannot write into {str(folder)!a}: its name is not Unicode; name another folder.") from None
     try:
         folder = Path(folder).expanduser()
         folder.mkdir(parents=True, exist_ok=True)

@@ -105,7 +105,6 @@ def make():
     floor["mine"] = 0.5
     sun = put("Sun", bpy.data.lights.new("Sun", "SUN"), (AT, 0, 6))
     nodes = Nodes(empty_tree(sun.data))
-    sun.data.use_nodes = True
     nodes.end(nodes.add("ShaderNodeEmission", inputs={"Strength": 1.0}), "Light")
     paths = put("Light paths", solid("Light paths", shapes.cube_sphere(2)), (0, 0, 40))
     paths["nim_light_paths"] = "sun"

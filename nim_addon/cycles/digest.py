@@ -65,7 +65,8 @@ def digest(scene: bpy.types.Scene, meshes: dict | None = None) -> str:
 
 def forget_changed(meshes: dict, depsgraph: bpy.types.Depsgraph) -> None:
     """Take out of the marks of meshes that digest() keeps those of objects that `depsgraph` evaluated anew just now."""
-    changed = {update.id.session_uid for update in depsgraph.updates if update.is_updated_geometry}
+    # what is evaluated has no number of its own
+    changed = {update.id.original.session_uid for update in depsgraph.updates if update.is_updated_geometry}
     for key in [key for key in meshes if changed & set(key[:2])]:
         del meshes[key]
 

@@ -168,12 +168,10 @@ def _lights(scene):
     return "; ".join(f"{kind}: {', '.join(names)}" for kind, names in kinds.items())
 
 
-# By session_uid of a scene, and those of them that nothing has changed since; the marks of meshes (digest()); and
-# whether a scene is looked at just now, which changes it for as long.
+# By session_uid of a scene, and those of them that nothing has changed since; the marks of meshes (digest()).
 _known = {}
 _fresh = set()
 _meshes = {}
-_looking = False
 
 
 def _look(scene):
@@ -186,19 +184,13 @@ def _look(scene):
 
 
 def _renew(uid):
-    global _looking
     scene = next((scene for scene in bpy.data.scenes if scene.session_uid == uid), None)
-    if not scene:
-        return
-    _looking = True
-    try:
+    if scene:
         _known[uid] = _Known(scene)
         # what the look has changed and put back is evaluated now, or it would be taken for a change later
         for layer in {scene.view_layers[0], *(window.view_layer for window in bpy.context.window_manager.windows)}:
             layer.update()
-    finally:
-        _looking = False
-    _fresh.add(uid)
+        _fresh.add(uid)
 
 
 def _up_to_date(scene):
@@ -443,7 +435,7 @@ def _draw_known(layout, context, known):
 def _changed(scene, depsgraph=None):
     if depsgraph is not None:
         forget_changed(_meshes, depsgraph)
-    if not _looking and _counts(depsgraph):
+    if _counts(depsgraph):
         _fresh.discard(scene.session_uid)
 
 

@@ -317,6 +317,7 @@ def test_meshes_are_read_again_only_where_they_have_changed(scene, monkeypatch):
             read.clear()
             bpy.context.view_layer.update()
             wanted, count = digest(scene), len(read)
+            bpy.context.view_layer.update()
             read.clear()
             assert digest(scene, meshes) == wanted
             return count
@@ -329,6 +330,8 @@ def test_meshes_are_read_again_only_where_they_have_changed(scene, monkeypatch):
         mark()
         assert set(read) == {"Floor"}
         thing("Slide").data.vertices[0].co.x += 0.1
+        bpy.context.view_layer.update()
+        assert thing("Slide").session_uid not in {key[0] for key in meshes}
         mark()
         assert set(read) == {"Floor", "Slide"}
         thing("Hook").location.z += 0.1

@@ -11,7 +11,7 @@ from nim_addon.cycles import caustics as engine
 from nim_addon.cycles.material import interface_material
 from nim_addon.physics import Medium
 from nim_addon.scenes import shapes, surfaces
-from nim_addon.ui import caustics
+from nim_addon.ui import caustics, later
 
 KINDS = (
     "scenes",
@@ -136,6 +136,78 @@ def test_it_is_out_of_date_by_what_counts_and_by_nothing_else(scene, press):
     scene.nim_caustics.seed = 5  # other noise: nothing is out of date, but there is something to bake
     assert not known(scene).stale
     assert press("nim.bake_caustics") == {"FINISHED"}
+
+
+def test_a_look_is_not_taken_for_a_change_and_only_what_counts_is_looked_at(scene, press, monkeypatch):
+    press("nim.bake_caustics")
+    bpy.context.view_layer.update()
+    looks = []
+    real = engine.out_of_date
+    monkeypatch.setattr(engine, "out_of_date", lambda *given: looks.append(1) or real(*given))
+    ball, camera = scene.objects["Ball"], scene.camera
+    assert not known(scene).stale and len(looks) == 1
+    for change in (
+        lambda: None,
+        lambda: ball.select_set(not ball.select_get()),
+        lambda: setattr(bpy.context.view_layer.objects, "active", camera),
+        lambda: setattr(camera.location, "x", camera.location.x + 1),
+        lambda: setattr(camera.data, "lens", 70),
+        lambda: setattr(scene.render, "resolution_x", 99),
+        lambda: setattr(scene.cycles, "samples", 9),
+    ):
+        change()
+        assert not known(scene).stale
+    assert len(looks) == 1
+    scene.objects["Floor"].location.z -= 0.1  # which is hidden while its copy shines
+    assert known(scene).stale and len(looks) == 2
+    # what is edited is not looked at before it is left
+    bpy.context.view_layer.objects.active = ball
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="SELECT")
+    bpy.ops.transform.translate(value=(0, 0, 0.5))
+    scene.objects["Floor"].location.z += 0.1
+    assert known(scene).stale and len(looks) == 2
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert known(scene).stale and len(looks) == 3
+
+
+def test_a_change_is_looked_at_once_it_is_still(monkeypatch):
+    """Without a window there are no timers: these stand for Blender's."""
+    timers, now, done = {}, [100.0], []
+    stand_in = types.SimpleNamespace(
+        is_registered=lambda function: function in timers,
+        register=lambda function, first_interval: timers.update({function: now[0] + first_interval}),
+        unregister=timers.pop,
+    )
+    manager = types.SimpleNamespace(windows=[])
+    stand_in = types.SimpleNamespace(
+        app=types.SimpleNamespace(background=False, timers=stand_in),
+        context=types.SimpleNamespace(window_manager=manager),
+    )
+    monkeypatch.setattr(later, "bpy", stand_in)
+    monkeypatch.setattr(later, "time", types.SimpleNamespace(monotonic=lambda: now[0]))
+
+    def wait(seconds):
+        now[0] += seconds
+        for function in [one for one, due in timers.items() if due <= now[0] + 1e-9]:
+            again = function()
+            del timers[function]
+            if again is not None:
+                timers[function] = now[0] + again
+
+    later.do(done.append, "late", after=0.5)
+    later.do(done.append, "soon")
+    wait(0)
+    assert done == ["soon"]
+    for _ in range(3):
+        wait(0.4)
+        later.do(done.append, "late", after=0.5)
+    assert done == ["soon"]
+    later.do(lambda: later.do(done.append, "more"))
+    wait(0)
+    assert done == ["soon", "more"]
+    wait(0.5)
+    assert done == ["soon", "more", "late"] and not timers
 
 
 def test_one_undo_takes_it_back(scene, press):

@@ -8,6 +8,7 @@ import re
 import shutil
 import socket
 import tempfile
+import unicodedata
 from pathlib import Path
 
 from .. import stopping

@@ -10,6 +10,7 @@ import numpy as np
 from ..physics import Medium
 from .surroundings import BACK, FRONT, Patch, Surroundings, same
 
+MANY = 48  # points of a patch that must lie in another before it is said that all of it does
 OTHER = {FRONT: BACK, BACK: FRONT}
 
 
@@ -152,7 +153,7 @@ class Borders:
 
     def _lying(self, patch, own, votes):
         """The Misfit of a patch that lies in what another has inside: that other one decides what is there."""
-        bad, fits, lost = Counter(), 0, 0
+        bad, fits, lost = Counter(), False, False
         touching, *_ = self.around.touching(patch)
         for backs, _, away in votes:
             # which of two faces in the same place is met is chance
@@ -161,8 +162,8 @@ class Borders:
             if 2 * wrong.total() > backs.total():
                 bad[wrong.most_common(1)[0][0]] += 1
             else:
-                fits += bool(backs)
-                lost += bool(away and not backs)
+                fits = fits or bool(backs)
+                lost = lost or bool(away and not backs)
         if not bad:
             return None
         partner, medium = bad.most_common(1)[0][0]
@@ -171,8 +172,14 @@ class Borders:
             return None
         if not self._can_hold(patch, partner):
             return None
-        # rays may leave an open sheet round its rim
-        partly = fits or (lost and not self.part(partner[:2]).holes)
+        if self.part(partner[:2]).is_sheet:
+            # rays may leave it round its rim, but what is before it is not behind it
+            lost = any(self.around.is_before(start, partner) for start in self.around.starts(patch, FRONT, MANY)[0])
+        elif self.part(partner[:2]).closed:
+            lost = not all(
+                partner[:2] in self.around.within(start) for start in self.around.starts(patch, FRONT, MANY)[0]
+            )
+        partly = fits or lost
         solid = self.part(patch[:2]).closed and self.part(partner[:2]).closed
         kind = ("overlaps" if solid else "partly") if partly else "lies"
         return Misfit(kind, patch, partner, own, medium, not partly)
@@ -182,8 +189,11 @@ class Borders:
         return self.part(partner[:2]).closed and any(partner[:2] in self.around.within(start) for start in starts)
 
     def _can_hold(self, patch, partner):
-        """Whether a Patch may be said to lie in another: what has holes and is of one mesh is said to have holes."""
-        return patch.body != partner.body or not (self.part(patch[:2]).holes or self.part(partner[:2]).holes)
+        """Whether a Patch may be said to lie in another: within one mesh, holes and faces twice are said by themselves."""
+        if patch.body != partner.body:
+            return True
+        holes = self.part(patch[:2]).holes or self.part(partner[:2]).holes
+        return not holes and not self.around.bodies[patch.body].solid.doubled.any()
 
     def _is_backed(self, patch, medium):
         """Whether others name the medium outside a Patch as it does."""

@@ -58,9 +58,9 @@ def _normals(sight, borders):
             body.one.original,
             "normals",
             text,
-            "Turn them in" if inwards else "Turn them out",
+            ("Turn them in" if inwards else "Turn them out") if mask is not None else None,
             _worn(body),
-            mask is None,
+            mask is None and body.one.original.type == "MESH",
             count=len(wrong) + len(ill),
             parts=len(parts),
         )
@@ -180,11 +180,10 @@ def _holes(sight, borders):
             )
         else:
             text = "{name} has holes: light that goes through them is in the wrong medium."
-        own = None if thing.type != "MESH" else body.solid if not thing.modifiers else _own(sight, thing)
-        modified = own is None or not any(part.holes for part in own.parts)
-        one = about(
-            thing, "open_volume" if filled else "open", text, "Close the holes", filled or _worn(body), modified
-        )
+        own = _own_or_shown(sight, body)
+        modified = own is not None and not any(part.holes for part in own.parts)
+        code, remedy = "open_volume" if filled else "open", "Close the holes" if own else None
+        one = about(thing, code, text, remedy, filled or _worn(body), modified)
         if one.remedy and not _can_close(sight, thing, own):
             sheet = any(part.is_sheet for part in own.parts if part.holes)
             one = one._replace(remedy=None, texts=one.texts if sheet else (*one.texts, BY_HAND))
@@ -284,11 +283,11 @@ def _doubled(sight, borders):
         worn = np.isin(body.slots(), list(body.media)) & body.solid.doubled
         if thing not in found and worn.any():
             text = "{name} has {count} faces twice in the same place, so that one or the other is met by chance."
-            own = None if thing.type != "MESH" else body.solid if not thing.modifiers else _own(sight, thing)
-            modified = own is None or not own.doubled.any()
-            found[thing] = about(
-                thing, "doubled", text, "Remove the second ones", _worn(body), modified, count=int(worn.sum())
-            )
+            own = _own_or_shown(sight, body)
+            # a wall between two bodies, once on each side, would still be there
+            remedy = "Remove the second ones" if own and not own.backed.any() else None
+            modified = own is not None and not own.doubled.any()
+            found[thing] = about(thing, "doubled", text, remedy, _worn(body), modified, count=int(worn.sum()))
     return list(found.values())
 
 
@@ -309,6 +308,14 @@ def _own(sight, thing):
     if "own" not in kept:
         kept["own"] = Solid(thing.data)
     return kept["own"]
+
+
+def _own_or_shown(sight, body):
+    """The Solid of an object's own mesh, which is what is shown where nothing modifies it; None of curves and texts."""
+    thing = body.one.original
+    if thing.type != "MESH":
+        return None
+    return _own(sight, thing) if thing.modifiers else body.solid
 
 
 def _worn(body):

@@ -80,7 +80,7 @@ def _coarse(sight, around):
         if angle is not None and angle > COARSE:
             text = (
                 "{name} is coarse for a smooth surface: faces differ by {angle:.0f} degrees, and what it shows is some "
-                "{error:.0f} % off; add a Subdivision Surface, or use more faces."
+                "{error:.0f} % off: subdivide it, or shade it flat."
             )
             error = COARSE_ERROR * angle**2
             found[thing] = about(thing, "coarse", text, None, _worn(body), angle=angle, error=error)

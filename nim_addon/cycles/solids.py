@@ -80,7 +80,7 @@ class Solid:
     area:      (F, 3) area vector of each face, along its normal
     part:      (F,) index into `parts` of each face
     turned:    (F,) whether a face must be turned for its part to agree
-    doubled:   (F,) whether another face before it has the same vertices
+    doubled:   (F,) whether another face before it has the same vertices; backed: and looks the other way
     parts:     tuple of Part
     rim:       Rim
     """
@@ -224,6 +224,8 @@ class Solid:
         ahead = self._ahead() if lonely.any() else edges.loop
         loops = edges.loop[lonely]
         self.rim = Rim(self.corners[loops], self.corners[ahead[loops]], edges.face[lonely])
+        backed = np.einsum("ij,ij->i", self.area, self.area[self.first]) < 0 if self.first is not None else False
+        self.backed = self.doubled & backed
         del self._volumes, self.first
 
     def _turn(self, f, g, opposed, roots, size):
@@ -254,6 +256,13 @@ class Solid:
         faces = np.split(self.corners, self.begins[1:-1]) if self.count else []
         return BVHTree.FromPolygons(self.points.tolist(), [face.tolist() for face in faces])
 
+    def plane(self, part: int) -> tuple[np.ndarray, np.ndarray]:
+        """The middle of a part and the mean normal of its faces, (3,) each, the latter not of unit length."""
+        chosen = self.part == part
+        weight = np.linalg.norm(self.area[chosen], axis=1)
+        corners = self.points[self.corners[self.begins[:-1][chosen]]]
+        return weight @ corners / max(weight.sum(), 1e-300), self.area[chosen].sum(axis=0) / max(weight.sum(), 1e-300)
+
     def samples(self, chosen: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Places on the faces that `chosen` (F,) marks, spread over their area: points (N, 3), unit normals, faces (N,)."""
         which = np.flatnonzero(chosen & (np.einsum("ij,ij->i", self.area, self.area) > 0))
@@ -263,24 +272,21 @@ class Solid:
         # not at halves: the mesh may be as regular as these are
         picks = np.searchsorted(run, run[-1] * (np.arange(count) + 0.382) / count)
         faces = which[np.minimum(picks, len(which) - 1)]
-        # the first point of a face near its middle, the others anywhere on it
-        repeats = np.arange(count) - np.searchsorted(faces, faces)
-        places = np.array([self.place(*pair) for pair in zip(faces.tolist(), repeats.tolist(), strict=True)])
+        places = np.array([self.place(face, turn) for turn, face in enumerate(faces.tolist(), start=1)])
         normals = self.area[faces]
         return places, normals / np.linalg.norm(normals, axis=1, keepdims=True), faces
 
-    def place(self, face: int, repeat: int = 0) -> np.ndarray:
-        """A point (3,) on a face, another for each `repeat`."""
+    def place(self, face: int, turn: int = 0) -> np.ndarray:
+        """A point (3,) on a face: near its middle, or elsewhere on it for another `turn`."""
         corners = self.points[self.corners[self.begins[face] : self.begins[face + 1]]].astype(float)
         a, b, c = corners[0], corners[1:-1], corners[2:]
         # triangles of a fan, which lie on the face where it is convex; the largest does so mostly
         sides = np.cross(b - a, c - a) @ self.area[face]
-        if not repeat or (sides <= 0).any():
-            best = np.argmax(sides)
-        else:
-            best = np.searchsorted(np.cumsum(sides), sides.sum() * (repeat * 0.7548777 % 1))
-            best = min(best, len(sides) - 1)
-        u, v = (0.41, 0.31) if not repeat else ((0.41 + repeat * 0.618034) % 1, (0.31 + repeat * 0.754878) % 1)
+        best = int(np.argmax(sides))
+        if turn and (sides > 0).all():
+            best = min(int(np.searchsorted(np.cumsum(sides), sides.sum() * (turn * 0.569840 % 1))), len(sides) - 1)
+        # as evenly spread as may be: the R2 sequence
+        u, v = (0.41 + turn * 0.754878) % 1, (0.31 + turn * 0.569840) % 1
         u, v = (1 - u, 1 - v) if u + v > 1 else (u, v)
         u, v = 0.02 + 0.94 * u, 0.02 + 0.94 * v
         return (1 - u - v) * a + u * b[best] + v * c[best]

@@ -283,17 +283,19 @@ class Surroundings:
             self._memory[key] = found, sums, len(starts)
         return self._memory[key]
 
+    def is_before(self, point: np.ndarray, patch: Patch) -> bool:
+        """Whether a point (3,) in the world is on the outer side of the plane that a part is in or near."""
+        body = self.bodies[patch.body]
+        middle, normal = body.solid.plane(patch.part)
+        return bool((body.local(point) - middle) @ normal > 1e-3 * body.solid.size)
+
     def is_supported(self, index: int, part: int) -> bool:
         """Whether the rim of an open part lies at, in or behind something else, as a pool's surface ends at its walls."""
         body = self.bodies[index]
         solid = body.solid
         mine = np.flatnonzero(solid.part[solid.rim.face] == part)
         mine = mine[np.unique(np.linspace(0, len(mine) - 1, RIM).astype(int))]
-        middle = None
-        if solid.parts[part].is_sheet:
-            chosen = solid.part == part
-            weight = np.linalg.norm(solid.area[chosen], axis=1)
-            middle = body.world(weight @ solid.points[solid.corners[solid.begins[:-1][chosen]]] / weight.sum())
+        middle = body.world(solid.plane(part)[0]) if solid.parts[part].is_sheet else None
         held = sum(self._is_held(body, index, edge, middle) for edge in mine)
         return held >= 0.9 * len(mine)
 

@@ -458,9 +458,9 @@ TEXTS = {
         "{name} y {other} están en el mismo lugar, donde se encuentra uno u otro: mueve o elimina uno."
     ),
     "{name} is coarse for a smooth surface: faces differ by {angle:.0f} degrees, and what it shows is some "
-    "{error:.0f} % off; add a Subdivision Surface, or use more faces.": (
+    "{error:.0f} % off: subdivide it, or shade it flat.": (
         "{name} es tosco para una superficie suave: las caras difieren en {angle:.0f} grados y lo que muestra se "
-        "desvía un {error:.0f} %; añade una subdivisión de superficie o usa más caras."
+        "desvía un {error:.0f} %: subdivídelo o sombréalo plano."
     ),
     "{name} is {times:,.0f} times its size away from the origin, too far for the numbers of a render: move "
     "everything there.": (

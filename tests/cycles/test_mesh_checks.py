@@ -13,7 +13,7 @@ from mathutils import Matrix
 from nim_addon.cycles import checks, mesh_checks, settings
 from nim_addon.cycles.material import interface_material, interface_nodes
 from nim_addon.physics import MEDIA, Medium
-from nim_addon.scenes import SCENES
+from nim_addon.scenes import SCENES, shapes
 from nim_addon.scenes.cube import CubeParameters
 from nim_addon.scenes.cube import build as build_cube
 
@@ -424,3 +424,80 @@ def test_coarse_smooth_surfaces(scene, segments, coarse):
 def test_far_from_the_origin(scene, distance, far):
     add("Ball", NIM, ball(1)).location.y = distance
     assert codes(scene) == ["far"] * far
+
+
+# ------------------------------------------------------------------------------------- what must not be mended
+
+
+CUP = [(0, 0), (1, 0), (1, 2), (0.9, 2), (0.9, 0.1), (0, 0.1)]
+
+
+def turned(name, medium, profile):
+    vertices, faces, _ = shapes.revolve(profile, 64)
+    mesh = bpy.data.meshes.new(name)
+    mesh.from_pydata(vertices.tolist(), [], faces)
+    return add(name, medium, mesh=mesh)
+
+
+@pytest.mark.parametrize("reach", [0.9, 0.95])
+def test_a_cup_that_is_wet_in_part_is_not_given_one_outside(scene, reach):
+    """A liquid's surface in a cup of one material: the wall below it borders on the liquid, the rest on air."""
+    turned("Cup", GLASS, CUP)
+    turned("Water", WATER, [(reach, 1.5), (0, 1.5)])
+    those = found(scene)
+    assert "Cup lies partly in n = 1.33 (Water)" in those[0].sentence
+    assert not any(problem.remedy for problem in those)
+
+
+def test_a_liquid_that_stands_off_the_wall_is_right(scene):
+    turned("Cup", GLASS, CUP)
+    turned("Water", WATER, [(0, 0.11), (0.89, 0.11), (0.89, 1.5), (0, 1.5)])
+    assert found(scene) == []
+
+
+def test_a_liquid_that_fills_its_cup_exactly_touches_it(scene):
+    turned("Cup", GLASS, CUP)
+    turned("Water", WATER, [(0, 0.1), (0.9, 0.1), (0.9, 1.5), (0, 1.5)])
+    (problem,) = found(scene)
+    assert problem.code == "touching" and problem.remedy is None, "no step would part all of the wall"
+
+
+def test_a_wall_between_bodies_of_one_mesh_is_said(scene):
+    """Without the second of its faces, the first would stand within the body."""
+    add("Boxes", NIM, box(2), box(2, (2, 0, 0)))
+    (problem,) = found(scene)
+    assert problem.code == "doubled" and problem.remedy is None
+
+
+def test_modifiers_may_put_parts_side_by_side(scene):
+    thing = add("Box", NIM, box(1, (1, 0, 0), inwards=True))
+    thing.modifiers.new("Twice", "MIRROR")
+    assert [problem.remedy for problem in found(scene)] == ["Turn them out"]
+    checks.mend(scene)
+    assert codes(scene) == [] and volumes(thing) == pytest.approx([1])
+
+
+def test_texts_are_judged_as_the_meshes_that_they_become(scene):
+    text = bpy.data.curves.new("Text", "FONT")
+    text.body = "IM"
+    text.materials.append(interface_material("NIM", NIM, backend="nodes"))
+    scene.collection.objects.link(bpy.data.objects.new("Text", text))
+    (problem,) = found(scene)
+    assert problem.code == "open" and problem.remedy is None and problem.sentence.endswith("end at something.")
+    text.extrude = 0.1
+    assert codes(scene) == ["coarse"], "its sides are shaded smooth round the corners"
+
+
+def test_a_bubble_in_a_collection_instance(scene):
+    held = bpy.data.collections.new("Held")
+    for thing in (add("Ball", NIM, ball(1)), add("Bubble", (AIR, AIR), ball(0.3))):
+        scene.collection.objects.unlink(thing)
+        held.objects.link(thing)
+    instance = bpy.data.objects.new("Instance", None)
+    instance.instance_type, instance.instance_collection = "COLLECTION", held
+    instance.location, instance.scale = (5, 0, 0), (-2, 2, 2)
+    scene.collection.objects.link(instance)
+    (problem,) = found(scene)
+    assert problem.sentence == "Bubble lies in NIM -1.5 (Ball), but its outside is n = 1."
+    checks.mend(scene)
+    assert codes(scene) == []

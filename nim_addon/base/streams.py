@@ -3,6 +3,7 @@
 
 import io
 import os
+import select
 import sys
 
 
@@ -13,7 +14,9 @@ class _Stream(io.FileIO):
 
     def write(self, data):
         try:
-            return super().write(data)
+            while (written := super().write(data)) is None:  # it is full, and another made it one that does not wait
+                select.select((), (self,), ())
+            return written
         except BrokenPipeError:  # nobody listens any more, which is no failure: the files are still wanted
             return len(data)
         except OSError as error:

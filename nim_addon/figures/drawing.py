@@ -2,6 +2,7 @@
 """The one look of the drawn figures, and how their files are written. matplotlib is needed here, and only when drawing."""
 
 import io
+import os
 from pathlib import Path
 
 from ..base.files import whole
@@ -48,11 +49,15 @@ _METADATA = {
 
 def matplotlib():
     """The module, or a RuntimeError that says how to get it."""
+    windows = os.environ.pop("MPLBACKEND", None)  # of which none is opened, and one that is not there ends the import
     try:
         import matplotlib
         import matplotlib.figure
     except ImportError:
         raise RuntimeError("matplotlib is missing, which draws the figures; run: pip install matplotlib") from None
+    finally:
+        if windows is not None:
+            os.environ["MPLBACKEND"] = windows
     return matplotlib
 
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The command where its streams are closed, full, read by nobody, or know few letters: as a shell makes them."""
 
+import json
 import os
 import shlex
 import subprocess
@@ -80,3 +81,22 @@ def test_a_folder_with_other_letters_than_the_systems_own(tmp_path):
     assert (done.returncode, done.stderr) == (0, b"")
     assert done.stdout == b"o/\\udcc3\\udca9/sphere.exr\no/\\udcc3\\udca9/sphere.png\n"
     assert {file.name for file in (tmp_path / "o" / "é").iterdir()} == {"sphere.exr", "sphere.png"}
+
+
+def test_a_stream_that_does_not_wait_gets_all_that_is_said(tmp_path):
+    """As another program on the same terminal may have made it."""
+    (tmp_path / "slow.py").write_text("import sys, time; time.sleep(3); sys.stdout.write(sys.stdin.read())")
+    (tmp_path / "small.py").write_text(
+        "import fcntl, os, sys; fcntl.fcntl(1, fcntl.F_SETFL, os.O_NONBLOCK); fcntl.fcntl(1, fcntl.F_SETPIPE_SZ, 4096)\n"
+        "os.execv(sys.executable, [sys.executable, *sys.argv[1:]])"
+    )
+    python = shlex.quote(sys.executable)
+    line = f"{python} small.py -m nim_addon fresnel --inside nim --step 1 --json | {python} slow.py"
+    done = shell(f"{line}; exit ${{PIPESTATUS[0]}}", tmp_path)
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert len(json.loads(done.stdout)["rows"]) == 91
+
+
+def test_a_window_system_that_matplotlib_lacks_is_not_asked_for(tmp_path):
+    done = shell("NIMRAY rays sphere --out a.svg", tmp_path, MPLBACKEND="nonsense")
+    assert (done.returncode, done.stdout, done.stderr) == (0, b"a.svg\n", b"")

@@ -9,7 +9,7 @@ import bpy
 
 from .material import MARK, fill_group, interface_of
 from .nodes import Nodes, empty_tree
-from .visibility import asked, has_nodes, value_of
+from .visibility import asked, has_nodes, is_interface, value_of
 
 # Within a medium light is counted for less (photons.Tracer). The share of a crossing, (n_i / n_t)^2, travels as a colour
 # (1, 2 - s, s), which must stay positive and of mean 1, so that no path changes: s is the share to a small power.
@@ -160,11 +160,6 @@ class Bending:
 
 
 # ------------------------------------------------------------------------------------------------ kinds of materials
-
-
-def is_interface(node):
-    """Whether a node is an interface of ours."""
-    return node.type == "GROUP" and node.node_tree is not None and bool(node.node_tree.get(MARK))
 
 
 def kind_of(node, path):

@@ -4,7 +4,7 @@
 import bpy
 
 from . import mesh_checks, ray_checks, settings, value_checks, visibility
-from .material import MARK, asked_interfaces, device_runs_osl, interface_group, osl_available
+from .material import asked_interfaces, backend_of, device_runs_osl, interface_group, osl_available
 from .problem import Problem
 from .sight import look
 
@@ -28,7 +28,7 @@ def backends(materials):
     """Names of the interface materials by the backend of their nodes: {"osl": names, "nodes": names}."""
     names = {}
     for material in materials:
-        for kind in {one.node.node_tree[MARK] for one in asked_interfaces(material)}:
+        for kind in {backend_of(one.node.node_tree) for one in asked_interfaces(material)}:
             names.setdefault(kind, []).append(material.name)
     return {kind: tuple(sorted(those)) for kind, those in names.items()}
 

@@ -12,7 +12,7 @@ from ..physics.media import LEAST, MOST
 from . import native_nodes, script_node
 from .nodes import empty_tree
 from .visibility import INTERFACE as MARK
-from .visibility import Asked, asked, value_of
+from .visibility import Asked, asked, is_interface, is_marked, value_of
 
 NODE_NAME = "NIM Interface"
 GROUP_NAMES = MappingProxyType({"osl": "NIM Interface", "nodes": "NIM Interface (nodes)"})
@@ -134,12 +134,16 @@ def device_runs_osl(scene):
 def interface_group(backend="auto"):
     """The node group of that backend in this file, made on first use; every material shares it.
 
-    A group that holds an older shader is brought up to date in place. Raises as resolve() does.
+    One that is of an earlier version, or that was emptied, is filled anew in place; one of a later version is not ours to
+    touch, and one is made beside it. Raises as resolve() does.
     """
     backend = resolve(backend)
-    group = next((g for g in bpy.data.node_groups if g.get(MARK) == backend and not g.library), None)
+    ours = (g for g in bpy.data.node_groups if is_marked(g) and backend_of(g) == backend and not g.library)
+    group = next((g for g in ours if version_of(g) <= VERSION), None)
     if group is None:
         group = _new_group(backend)
+    elif not is_present(group):
+        refill(group)
     if backend == "osl":
         script_node.update(group)
     return group
@@ -151,13 +155,74 @@ def _new_group(backend):
     return group
 
 
+def backend_of(group):
+    """The backend, "osl" or "nodes", of a node group that visibility.is_marked()."""
+    # the first version knew no nodes, and marked its groups with a 1
+    return group[MARK] if group[MARK] in GROUP_NAMES else "osl"
+
+
+def version_of(group):
+    """The version of a node group that visibility.is_marked(); 0 where what stands there is no version."""
+    version = group.get(VERSION_MARK, 1)
+    return version if isinstance(version, int) else 0
+
+
+def is_present(group):
+    """Whether a node group that visibility.is_marked() is of this version, and has the sockets and the optics of it."""
+    sockets = {(item.in_out, item.name): item.socket_type for item in _sockets(group)}
+    wanted = {("INPUT", socket.name): socket.type for socket in SOCKETS} | {("OUTPUT", "BSDF"): "NodeSocketShader"}
+    heart = "SCRIPT" if backend_of(group) == "osl" else "BSDF_RAY_PORTAL"
+    return (
+        version_of(group) == VERSION
+        and wanted.items() <= sockets.items()
+        and any(node.type == heart for node in group.nodes)
+        and any(node.type == "GROUP_OUTPUT" and node.inputs["BSDF"].is_linked for node in group.nodes)
+    )
+
+
+def script_of(group):
+    """The script node of a node group, or None."""
+    return next((node for node in group.nodes if node.type == "SCRIPT"), None)
+
+
+def refill(group):
+    """Give a node group that visibility.is_marked() its present form; what materials set and linked there stays.
+
+    The shader is compiled only if it is another one. Raises RuntimeError where that cannot be, in a Blender without OSL.
+    """
+    backend, script = backend_of(group), script_of(group)
+    kept = (script.script, script.bytecode, script.bytecode_hash) if script else (None, "", "")
+    had = {(item.name, item.socket_type) for item in _sockets(group) if item.in_out == "INPUT"}
+    fill_group(group, backend)
+    if backend == "osl":
+        script_node.restore(group, *kept)
+    # a socket that is new stands at 0 in the nodes that were there before it
+    new = [socket for socket in SOCKETS if (socket.name, socket.type) not in had]
+    for node in _users(group) if new else ():
+        for socket in new:
+            node.inputs[socket.name].default_value = socket.default
+
+
+def _users(group):
+    trees = [*bpy.data.node_groups, *(one.node_tree for one in bpy.data.materials if one.node_tree)]
+    return [node for tree in trees for node in tree.nodes if node.type == "GROUP" and node.node_tree == group]
+
+
+def _sockets(group):
+    return [item for item in group.interface.items_tree if item.item_type == "SOCKET"]
+
+
 def fill_group(group, backend):
     """Give a node group, new or of an earlier version, the present sockets and optics.
 
     Sockets that it has are kept, found by name, and with them what every material set or linked there.
     """
     group[MARK], group[VERSION_MARK] = backend, VERSION
-    kept = {(item.in_out, item.name): item for item in group.interface.items_tree if item.item_type == "SOCKET"}
+    types = {socket.name: socket.type for socket in SOCKETS} | {"BSDF": "NodeSocketShader"}
+    for item in _sockets(group):  # another one of that name
+        if types.get(item.name, item.socket_type) != item.socket_type:
+            group.interface.remove(item)
+    kept = {(item.in_out, item.name): item for item in _sockets(group)}
     if ("OUTPUT", "BSDF") not in kept:
         group.interface.new_socket("BSDF", in_out="OUTPUT", socket_type="NodeSocketShader")
     for place, socket in enumerate(SOCKETS, start=1):
@@ -218,20 +283,13 @@ def interface_node(tree, inside, outside=MEDIA["air"], *, backend="auto"):
 
 def interface_nodes(material):
     """The interface nodes of a bpy.types.Material (or None), those of a group within a group not counted; a list."""
-    return [
-        node
-        for node in (material.node_tree.nodes if material and material.node_tree else ())
-        if node.type == "GROUP" and node.node_tree and node.node_tree.get(MARK)
-    ]
+    nodes = material.node_tree.nodes if material and material.node_tree else ()
+    return [node for node in nodes if is_interface(node)]
 
 
 def asked_interfaces(material: bpy.types.Material | None) -> list[Asked]:
     """The interface nodes that a render asks for the surface of a material, those in a person's own groups too."""
-    return [
-        one
-        for one in asked(material)
-        if one.node.type == "GROUP" and one.node.node_tree and one.node.node_tree.get(MARK)
-    ]
+    return [one for one in asked(material) if is_interface(one.node)]
 
 
 def interface_of(node: bpy.types.Node, path: tuple = ()) -> Interface | None:

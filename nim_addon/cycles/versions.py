@@ -6,6 +6,7 @@ from typing import NamedTuple
 import bpy
 
 from . import material, script_node
+from .visibility import is_marked
 
 
 class Update(NamedTuple):
@@ -16,12 +17,8 @@ class Update(NamedTuple):
 
 
 def outdated():
-    """The interface groups of this file, linked ones too, whose version is not the present one; a list."""
-    return [
-        group
-        for group in bpy.data.node_groups
-        if group.get(material.MARK) and group.get(material.VERSION_MARK, 1) != material.VERSION
-    ]
+    """The interface groups of this file, linked ones too, that are of another version or not whole; a list."""
+    return [group for group in bpy.data.node_groups if is_marked(group) and not material.is_present(group)]
 
 
 def update():
@@ -36,48 +33,19 @@ def update():
         if reason:
             answer.left_alone.append(f"{group.name} {reason}")
         else:
-            _bring_up(group)
+            material.refill(group)
             answer.updated.append(group.name)
     return answer
-
-
-def _backend(group):
-    # the first version knew no nodes, and marked its groups with a 1
-    return group[material.MARK] if group[material.MARK] in material.GROUP_NAMES else "osl"
-
-
-def _script(group):
-    return next((node for node in group.nodes if node.type == "SCRIPT"), None)
 
 
 def _hindrance(group):
     """Why a group cannot be brought up to date here, or None."""
     if group.library:
         return f"is linked from {bpy.path.basename(group.library.filepath)}: open that file, and save it."
-    if group.get(material.VERSION_MARK, 1) > material.VERSION:
+    if material.version_of(group) > material.VERSION:
         return "was made by a later version of NIM for Blender: install that one to change it."
-    if _backend(group) == "osl" and not material.osl_available():
-        script = _script(group)
+    if material.backend_of(group) == "osl" and not material.osl_available():
+        script = material.script_of(group)
         if not (script and script.script and script.script.as_string() == script_node.shader_source()):
             return "holds an earlier shader, which only a Blender with OSL can compile: open the file there."
     return None
-
-
-def _bring_up(group):
-    backend = _backend(group)
-    script = _script(group)
-    kept = (script.script, script.bytecode, script.bytecode_hash) if script else (None, "", "")
-    had = {item.name for item in group.interface.items_tree}
-    material.fill_group(group, backend)
-    if backend == "osl":
-        script_node.restore(group, *kept)
-    # a socket that is new stands at 0 in the nodes that were there before it
-    new = [socket for socket in material.SOCKETS if socket.name not in had]
-    for node in _users(group) if new else ():
-        for socket in new:
-            node.inputs[socket.name].default_value = socket.default
-
-
-def _users(group):
-    trees = [*bpy.data.node_groups, *(one.node_tree for one in bpy.data.materials if one.node_tree)]
-    return [node for tree in trees for node in tree.nodes if node.type == "GROUP" and node.node_tree == group]

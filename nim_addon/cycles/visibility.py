@@ -17,6 +17,7 @@ from .nodes import uses_nodes
 OWNER = "nim_caustics"  # marks what a bake (caustics.Bake) put into the scene
 HIDDEN = "nim_caustics_hidden"  # and what it put a copy in the place of
 INTERFACE = "nim_interface"  # the custom property of the node groups that are interfaces (material.MARK)
+NUMBERS = tuple(f"{kind} {side}" for kind in ("Index", "Permeability") for side in ("Inside", "Outside"))
 
 
 class Shown(NamedTuple):
@@ -171,6 +172,17 @@ def has_nodes(material):
     return material is not None and uses_nodes(material)
 
 
+def is_marked(tree: bpy.types.NodeTree | None) -> bool:
+    """Whether a node tree is a shader's and says that it is the shared group of an interface, whole or not."""
+    # 1 is the mark of the first version
+    return tree is not None and tree.bl_idname == "ShaderNodeTree" and tree.get(INTERFACE) in ("osl", "nodes", 1)
+
+
+def is_interface(node: bpy.types.Node) -> bool:
+    """Whether a node is an interface of ours: it holds a marked group, and the numbers that describe one."""
+    return node.type == "GROUP" and is_marked(node.node_tree) and all(name in node.inputs for name in NUMBERS)
+
+
 def asked(material: bpy.types.Material | None, socket: str = "Surface") -> list[Asked]:
     """The nodes that a render asks, those within groups too: linked, in the end, to that socket of the output.
 
@@ -220,7 +232,7 @@ def end_of(socket: bpy.types.NodeSocket, path: tuple = ()) -> tuple:
             if inner is None:
                 return socket, path  # as if nothing were linked
             socket = inner
-        elif node.type == "GROUP" and node.node_tree and not node.node_tree.get(INTERFACE):
+        elif node.type == "GROUP" and node.node_tree and not is_interface(node):
             leave = next(
                 (one for one in node.node_tree.nodes if one.type == "GROUP_OUTPUT" and one.is_active_output), None
             )

@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 from bpy.app.translations import pgettext_iface, pgettext_rpt
 
-from ..cycles.material import MARK, interface_nodes, interface_of, osl_available, resolve, switch_backend
+from ..cycles.material import backend_of, interface_nodes, interface_of, osl_available, resolve, switch_backend
 from ..physics import MEDIA, Interface, Medium
 from . import curve, preferences, warnings
 from .translations import OWN
@@ -424,7 +424,7 @@ def draw_readings(layout, context, material):
 
 def draw_backend(layout, material):
     """Draw which backend the material has, and the buttons that give it another."""
-    used = active_node(material).node_tree[MARK]
+    used = backend_of(active_node(material).node_tree)
     column = layout.column(align=True)
     column.enabled = material.is_editable
     column.label(text="Rendered by")

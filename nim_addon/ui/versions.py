@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files of earlier versions, brought up to date as they are opened."""
+"""Files of earlier versions, brought up to date as they are opened, or as their materials are appended to another."""
 
 import bpy
 from bpy.app.translations import pgettext_rpt as rpt_
 
 from ..cycles import versions
+from . import later
 
 
 class NIM_OT_update_file(bpy.types.Operator):
@@ -37,14 +38,40 @@ def update_opened_file(*_):
         print(f"NIM for Blender: {sentence}")
 
 
+_groups = 0  # how many there were when they were last looked through
+
+
+@bpy.app.handlers.persistent
+def update_imported(*_):
+    """Called by Blender after it appended or linked something; the rest waits until it is done with that."""
+    later.do(update_opened_file)
+
+
+@bpy.app.handlers.persistent
+def update_if_more(*_):
+    """The same where Blender does not call then, before 4.5: called after any change, of which few bring node groups."""
+    global _groups
+    before, _groups = _groups, len(bpy.data.node_groups)
+    if _groups > before:
+        later.do(update_opened_file)
+
+
+HANDLERS = {"load_post": update_opened_file}
+if hasattr(bpy.app.handlers, "blend_import_post"):
+    HANDLERS["blend_import_post"] = update_imported
+else:
+    HANDLERS["depsgraph_update_post"] = update_if_more
+
 CLASSES = (NIM_OT_update_file,)
 
 
 def register():
-    """From now on every file that is opened is looked through."""
-    bpy.app.handlers.load_post.append(update_opened_file)
+    """From now on every file that is opened is looked through, and every one that something is appended from."""
+    for name, function in HANDLERS.items():
+        getattr(bpy.app.handlers, name).append(function)
 
 
 def unregister():
     """And no longer."""
-    bpy.app.handlers.load_post.remove(update_opened_file)
+    for name, function in HANDLERS.items():
+        getattr(bpy.app.handlers, name).remove(function)

@@ -184,6 +184,104 @@ def test_without_osl_an_earlier_shader_is_left_for_a_blender_that_has_it(earlier
     assert len(interface_nodes(earlier["First"])[0].node_tree.nodes) == 3
 
 
+# ------------------------------------------------------------------------------------------------ files that are not well
+
+
+@pytest.mark.parametrize("backend", ["osl", "nodes"])
+@pytest.mark.parametrize("version", ["two", 2.5, [1, 2], -7])
+def test_a_version_that_is_none_is_an_earlier_one(version, backend, empty_file):
+    node = interface_nodes(interface_material("Sphere", Medium(-1.33, -10.0), backend=backend))[0]
+    known = values(node)
+    node.node_tree[material.VERSION_MARK] = version
+    assert versions.update().updated == [material.GROUP_NAMES[backend]]
+    assert node.node_tree[material.VERSION_MARK] == material.VERSION and values(node) == known
+
+
+@pytest.mark.parametrize("backend", ["osl", "nodes"])
+@pytest.mark.parametrize("what", ["nodes", "sockets", "all", "links", "type"])
+@pytest.mark.parametrize("by", ["opening", "new material"])
+def test_a_group_that_was_emptied_is_filled_again(by, what, backend, empty_file, render):
+    one = interface_material("Sphere", Medium(-1.5), backend=backend)
+    group = interface_nodes(one)[0].node_tree
+    if what in ("nodes", "all"):
+        group.nodes.clear()
+    if what in ("sockets", "all"):
+        group.interface.clear()
+    if what == "links":
+        group.links.clear()
+    if what == "type":
+        group.interface.remove(next(i for i in group.interface.items_tree if i.name == "Index Inside"))
+        group.interface.new_socket("Index Inside", in_out="INPUT", socket_type="NodeSocketColor")
+    if what in ("sockets", "all"):  # and until then it is no interface, of which anything would ask its numbers
+        assert not interface_nodes(one) and not material.asked_interfaces(one)
+    if by == "opening":
+        assert versions.update().updated == [material.GROUP_NAMES[backend]]
+    interface_material("Another", Medium(1.33), backend=backend)
+    assert len(bpy.data.node_groups) == 1 and not versions.outdated()
+    node = one.node_tree.nodes[material.NODE_NAME]
+    assert [socket.name for socket in node.inputs] == [socket.name for socket in material.SOCKETS]
+    assert [socket.name for socket in node.outputs] == ["BSDF"]
+    assert interface_nodes(one) == [node]
+    if what in ("nodes", "links"):
+        assert node.inputs["Index Inside"].default_value == -1.5 and node.outputs[0].is_linked
+    fresh = material._new_group(backend)
+    assert [n.bl_idname for n in group.nodes] == [n.bl_idname for n in fresh.nodes]
+    assert len(group.links) == len(fresh.links)
+
+
+@pytest.mark.parametrize("mark", ["osl", "nodes", 1, "other", [1, 2]])
+def test_our_mark_on_what_is_no_shader_says_nothing(mark, empty_file):
+    tree = bpy.data.node_groups.new("Of geometry", "GeometryNodeTree")
+    tree[material.MARK], tree[material.VERSION_MARK] = mark, "x"
+    assert versions.update() == ([], []) and not versions.outdated()
+    for backend in ("osl", "nodes"):
+        one = interface_material("Sphere", Medium(-1.5), backend=backend)
+        assert interface_nodes(one)[0].node_tree != tree
+    assert len(tree.nodes) == 0 and tree[material.VERSION_MARK] == "x"
+
+
+def test_a_mark_that_is_not_ours_says_nothing(empty_file):
+    tree = bpy.data.node_groups.new("A person's own", "ShaderNodeTree")
+    for mark in ("other", [1, 2], {"a": 1}):
+        tree[material.MARK] = mark
+        assert not versions.outdated()
+        holder = interface_material("Sphere", Medium(-1.5), backend="nodes")
+        holder.node_tree.nodes[material.NODE_NAME].node_tree = tree
+        assert not interface_nodes(holder) and not material.asked_interfaces(holder)
+
+
+def test_beside_a_group_of_a_later_version_one_of_this_is_made(empty_file):
+    later = material.interface_group("nodes")
+    later[material.VERSION_MARK] = material.VERSION + 1
+    own = material.interface_group("nodes")
+    assert own != later and own[material.VERSION_MARK] == material.VERSION
+    assert material.interface_group("nodes") == own
+
+
+APPENDED = """
+import os, sys, bpy, addon_utils
+addon_utils.enable("nim_addon", default_set=True)
+from nim_addon.cycles import versions
+with bpy.data.libraries.load(sys.argv[1], link=False) as (stored, wanted):
+    wanted.materials = ["First"]
+bpy.context.view_layer.update()
+assert not versions.outdated()
+bpy.ops.wm.append(filename="Nodes", directory=sys.argv[1] + "/Material/")
+bpy.context.view_layer.update()
+assert {"First", "Nodes"} <= set(bpy.data.materials.keys())
+assert not versions.outdated(), versions.outdated()
+assert all(group["nim_version"] for group in bpy.data.node_groups)
+print("present", bpy.app.version_string, flush=True)
+os._exit(0)  # the module of Blender 4.2 crashes as it exits where any class is registered
+"""
+
+
+def test_materials_that_are_appended_are_brought_up_to_date(data, tmp_path):
+    stored = tmp_path / "earlier.blend"
+    stored.write_bytes((data / "earlier_version.blend").read_bytes())
+    assert "present" in run(sys.executable, APPENDED, stored)
+
+
 # ------------------------------------------------------------------------------------------------ other Blenders
 
 SAVED_IN_ONE = """

@@ -250,10 +250,13 @@ def interface_material(name, inside, outside=MEDIA["air"], *, backend="auto", ti
     inside, outside: Medium behind the faces, and on the side the normals point to
     backend:         "osl", the closure of osl/nim_interface.osl; "nodes", the same in Blender's own nodes; or "auto",
                      the first where this build has OSL, else the second
-    tint:            linear RGB factor on all light that meets the interface
+    tint:            linear RGB factor on all light that meets the interface, three numbers from 0 to 1
     Returns a bpy.types.Material: it renders without this add-on, and its node "NIM Interface" holds the parameters.
-    Raises ValueError for an unknown backend, RuntimeError for "osl" in a Blender without OSL.
+    Raises TypeError for what is no Medium, ValueError for such a tint or an unknown backend, RuntimeError for "osl" in a
+    Blender without OSL; nothing is made then.
     """
+    _check_media(inside, outside)
+    tint = _checked_tint(tint)
     interface_group(backend)  # raises, if it must, before there is a material
     material = bpy.data.materials.new(name)
     tree = empty_tree(material)
@@ -268,7 +271,11 @@ def interface_material(name, inside, outside=MEDIA["air"], *, backend="auto", ti
 
 
 def interface_node(tree, inside, outside=MEDIA["air"], *, backend="auto"):
-    """A new interface node between two media in a shader bpy.types.NodeTree, unlinked; raises as resolve() does."""
+    """A new interface node between two media in a shader bpy.types.NodeTree, unlinked.
+
+    Raises TypeError for what is no Medium, and as resolve() does; nothing is made then.
+    """
+    _check_media(inside, outside)
     group = interface_group(backend)
     node = tree.nodes.new("ShaderNodeGroup")
     node.node_tree = group
@@ -279,6 +286,23 @@ def interface_node(tree, inside, outside=MEDIA["air"], *, backend="auto"):
     node.inputs["Index Outside"].default_value = outside.n
     node.inputs["Permeability Outside"].default_value = outside.mu
     return node
+
+
+def _check_media(inside, outside):
+    for name, medium in (("inside", inside), ("outside", outside)):
+        if not isinstance(medium, Medium):
+            raise TypeError(f"{name} = {medium!r} is no Medium; give one, such as Medium(-1.5) or MEDIA['water'].")
+
+
+def _checked_tint(tint):
+    """The three numbers of a tint; ValueError, one sentence, where it is anything else."""
+    try:
+        numbers = [float(one) for one in tint]
+    except (TypeError, ValueError):
+        numbers = []
+    if len(numbers) != 3 or not all(0 <= one <= 1 for one in numbers):
+        raise ValueError(f"tint = {tint!r} is no colour; give three numbers from 0 to 1, such as (1.0, 0.5, 0.5).")
+    return numbers
 
 
 def interface_nodes(material):

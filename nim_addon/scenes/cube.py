@@ -9,7 +9,7 @@ from ..physics import MEDIA, Interface
 from . import shapes, surfaces
 from .parameters import Parameters, number
 from .sphere import ball
-from .stage import Pose, Stage
+from .stage import Pose, Stage, staged
 
 # Lengths in metres. The cube floats above the ground: what is seen through its bottom is then well apart from it.
 HALF, LIFT = 1.0, 0.35
@@ -30,6 +30,7 @@ class CubeParameters(Parameters):
     turn: float = number(18.0, "how far it has walked around the cube, 0 in front of a face", -180.0, 180.0, "degrees")
 
 
+@staged(CubeParameters)
 def build(parameters, backend="auto"):
     """Build the scene from CubeParameters; returns the bpy.types.Scene. The water has no surface: it is everywhere."""
     stage = Stage("cube", (640, 640), backend)

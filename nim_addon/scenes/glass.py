@@ -12,7 +12,7 @@ from ..cycles.material import interface_material
 from ..physics import MEDIA, Medium
 from . import mesh_files, shapes, surfaces
 from .parameters import Parameters, choice, liquid, mesh_file, number, switch
-from .stage import Pose, Stage
+from .stage import Pose, Stage, staged
 
 # Lengths in metres. The glass is a tumbler: walls of 2.5 mm, a rounded rim, a base of 10 mm with rounded edges.
 RADIUS, HEIGHT, WALL, BASE = 0.040, 0.130, 0.0025, 0.010
@@ -54,6 +54,7 @@ class GlassParameters(Parameters):
     sun_angle: float = number(24.0, "width of the sun; its light stays the same", 0.25, 30.0, "degrees")
 
 
+@staged(GlassParameters)
 def build(parameters, backend="auto"):
     """Build the scene from GlassParameters; returns the bpy.types.Scene. Glass on the z axis, table at z = 0, metres.
 

@@ -10,7 +10,7 @@ from ..cycles.material import interface_material
 from ..physics import Medium
 from . import shapes, surfaces, waves
 from .parameters import Parameters, choice, integer, liquid, number
-from .stage import Pose, Stage
+from .stage import Pose, Stage, staged
 
 # The basin, in metres: half its length and width, its floor, and the liquid's level at rest; the deck is at z = 0.
 HALF = (4.0, 2.25)
@@ -59,6 +59,7 @@ class PoolParameters(Parameters):
             )
 
 
+@staged(PoolParameters)
 def build(parameters, backend="auto"):
     """Build the scene from PoolParameters; returns the bpy.types.Scene. Metres, z up, the pool's long side along x."""
     stage = Stage("pool", (960, 640), backend)

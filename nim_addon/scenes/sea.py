@@ -10,7 +10,7 @@ from ..cycles.material import interface_material
 from ..physics import Medium
 from . import shapes, surfaces, waves
 from .parameters import Parameters, choice, integer, liquid, number
-from .stage import Pose, Stage
+from .stage import Pose, Stage, staged
 
 # In metres: how deep the eye and the ground are; the level at rest is z = 0.
 DEPTH = 4.0
@@ -35,6 +35,7 @@ class SeaParameters(Parameters):
     time: float = number(0.0, "how long the waves have moved on", 0.0, 3600.0, "s")
 
 
+@staged(SeaParameters)
 def build(parameters, backend="auto"):
     """Build the scene from SeaParameters; returns the bpy.types.Scene. Metres, z up, the eye below the middle."""
     stage = Stage("sea", (960, 720), backend)

@@ -8,7 +8,7 @@ from ..cycles.material import interface_material
 from ..physics import Medium
 from . import shapes, surfaces
 from .parameters import Parameters, number, switch
-from .stage import Pose, Stage
+from .stage import Pose, Stage, staged
 
 # Lengths in metres, colours linear RGB. The sphere rests on the ground, with a gap as wide as nothing: 1 mm keeps the
 # two surfaces from touching.
@@ -56,6 +56,7 @@ class SphereParameters(Parameters):
         return Medium(self.n, self.mu)
 
 
+@staged(SphereParameters)
 def build(parameters, backend="auto"):
     """Build the scene from SphereParameters; returns the bpy.types.Scene. The radius is 1 m, the camera looks along +y."""
     stage = Stage("sphere", (800, 600), backend)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The stage a scene is put on: a Blender scene and a collection of its own; nothing of the user's is touched."""
 
+import functools
 import math
 from typing import NamedTuple
 
@@ -105,6 +106,33 @@ class Stage:
         self.scene.world = world
         world.cycles.sampling_method = "NONE" if aim is None else "MANUAL"
         world.cycles.sample_map_resolution = aim or 64
+
+
+def staged(kind):
+    """Decorate a function build(parameters, backend) of a scene whose parameters are of that type.
+
+    It raises TypeError, one sentence, for others, before anything is built, and leaves no new scene behind if it fails.
+    """
+
+    def decorated(build):
+        @functools.wraps(build)
+        def checked(parameters, backend="auto"):
+            if not isinstance(parameters, kind):
+                name = kind.__name__
+                raise TypeError(f"{parameters!r} is no {name}; give {name}(), or {name}.read() of a list of settings.")
+            before = set(bpy.data.scenes)
+            try:
+                return build(parameters, backend)
+            except BaseException:
+                for scene in set(bpy.data.scenes) - before:
+                    if OWNER in scene:
+                        _clear(scene, scene[OWNER])
+                        bpy.data.scenes.remove(scene)
+                raise
+
+        return checked
+
+    return decorated
 
 
 def aim(camera, eye, target, field_of_view, fit="AUTO"):

@@ -12,7 +12,14 @@ import pytest
 
 from nim_addon.cycles import material as material_module
 from nim_addon.cycles import script_node
-from nim_addon.cycles.material import NODE_NAME, SOCKETS, interface_group, interface_material, switch_backend
+from nim_addon.cycles.material import (
+    NODE_NAME,
+    SOCKETS,
+    interface_group,
+    interface_material,
+    interface_node,
+    switch_backend,
+)
 from nim_addon.cycles.nodes import Nodes, empty_tree
 from nim_addon.cycles.script_node import TEXT_NAME, shader_source
 from nim_addon.physics import Interface, Medium
@@ -163,6 +170,35 @@ def test_unknown_backend(empty_file, one_sentence):
         interface_material("A", Medium(-1.5), backend="magic")
     one_sentence(caught.value, "'magic'", "auto, osl, nodes")
     assert not bpy.data.materials and not bpy.data.node_groups
+
+
+@pytest.mark.parametrize(
+    "media, tint, kind, words",
+    [
+        ((-1.5,), (1, 1, 1), TypeError, "inside = -1.5 is no Medium"),
+        ((Medium(-1.5), "water"), (1, 1, 1), TypeError, "outside = 'water' is no Medium"),
+        ((Medium(-1.5),), (1, 1), ValueError, "three numbers from 0 to 1"),
+        ((Medium(-1.5),), (1, 1, 1, 1), ValueError, "three numbers from 0 to 1"),
+        ((Medium(-1.5),), 0.5, ValueError, "three numbers from 0 to 1"),
+        ((Medium(-1.5),), "red", ValueError, "three numbers from 0 to 1"),
+        ((Medium(-1.5),), (1, 1, 1.5), ValueError, "three numbers from 0 to 1"),
+        ((Medium(-1.5),), (1, -0.5, 1), ValueError, "three numbers from 0 to 1"),
+        ((Medium(-1.5),), (1, math.nan, 1), ValueError, "three numbers from 0 to 1"),
+    ],
+)
+def test_what_is_no_medium_or_tint_is_refused_and_leaves_nothing(empty_file, one_sentence, media, tint, kind, words):
+    with pytest.raises(kind) as error:
+        interface_material("x", *media, backend="nodes", tint=tint)
+    one_sentence(error.value, words)
+    assert not len(bpy.data.materials) and not len(bpy.data.node_groups)
+
+
+def test_a_node_of_what_is_no_medium_is_refused_and_leaves_nothing(empty_file, one_sentence):
+    tree = empty_tree(bpy.data.materials.new("Mine"))
+    with pytest.raises(TypeError) as error:
+        interface_node(tree, None, backend="nodes")
+    one_sentence(error.value, "inside = None is no Medium")
+    assert not len(tree.nodes) and not len(bpy.data.node_groups)
 
 
 def test_blender_without_osl(empty_file, monkeypatch, one_sentence):

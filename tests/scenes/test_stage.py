@@ -13,7 +13,7 @@ import pytest
 
 from nim_addon.cycles.material import interface_material
 from nim_addon.physics import Medium
-from nim_addon.scenes import shapes, surfaces
+from nim_addon.scenes import SCENES, shapes, surfaces
 from nim_addon.scenes.sphere import SphereParameters, build
 from nim_addon.scenes.stage import Stage
 
@@ -137,6 +137,28 @@ assert bpy.context.scene.name in bpy.data.scenes
     root = Path(__file__).parents[2]
     done = subprocess.run([sys.executable, "-c", program], cwd=root, stdout=subprocess.DEVNULL)
     assert done.returncode == 0
+
+
+@pytest.mark.parametrize("kind", SCENES.values(), ids=list(SCENES))
+@pytest.mark.parametrize("given", [None, "n=-1.5"])
+def test_other_parameters_are_refused_before_anything_is_built(default_file, kind, given, one_sentence):
+    before = names()
+    with pytest.raises(TypeError) as error:
+        kind.build(given, "nodes")
+    one_sentence(error.value, kind.parameters.__name__)
+    assert names() == before
+
+
+def test_a_scene_that_cannot_be_built_leaves_nothing_behind(default_file, monkeypatch):
+    before = names()
+
+    def fail(*_):
+        raise MemoryError
+
+    monkeypatch.setattr(Stage, "camera", fail)
+    with pytest.raises(MemoryError):
+        build(SphereParameters(), "nodes")
+    assert names() == before
 
 
 def test_no_light_is_lost_on_a_stage(empty_file):

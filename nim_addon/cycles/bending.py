@@ -9,6 +9,7 @@ import bpy
 
 from .material import MARK, fill_group, interface_of
 from .nodes import Nodes, empty_tree
+from .object_values import carry
 from .visibility import asked, has_nodes, is_interface, value_of
 
 # Within a medium light is counted for less (photons.Tracer). The share of a crossing, (n_i / n_t)^2, travels as a colour
@@ -58,6 +59,7 @@ class Bending:
     def _copy(self, material):
         copy = material.copy()
         own_groups(copy.node_tree)
+        carry(copy)
         trees = {copy.node_tree}
         for node, path in asked(copy):
             if is_interface(node):
@@ -97,18 +99,18 @@ class Bending:
         """Put our interface, whose crossings are counted, in the place of a Glass or Principled BSDF: they are the same."""
         nodes = Nodes(glass.id_data)
         ior = glass.inputs["IOR"]
-        inputs = {"Index Inside": _fed(ior)}
+        inputs = {"Index Inside": fed(ior)}
         inputs |= {"Index Outside": 1.0, "Permeability Inside": 1.0, "Permeability Outside": 1.0}
         if glass.type == "BSDF_GLASS":
             color = glass.inputs["Color"]
-            inputs["Tint"] = _fed(color)
+            inputs["Tint"] = fed(color)
         else:  # its colour is that of two crossings, and what it reflects has none
             color = glass.inputs["Base Color"]
-            parts = nodes.add("ShaderNodeSeparateColor", inputs={0: _fed(color)}).outputs
+            parts = nodes.add("ShaderNodeSeparateColor", inputs={0: fed(color)}).outputs
             roots = {index: nodes.math("SQRT", part) for index, part in enumerate(parts)}
             inputs["Tint"], inputs[THROUGH] = WHITE, nodes.add("ShaderNodeCombineColor", inputs=roots).outputs[0]
         if glass.inputs["Normal"].is_linked:
-            inputs["Normal"] = _fed(glass.inputs["Normal"])
+            inputs["Normal"] = fed(glass.inputs["Normal"])
         node = nodes.add("ShaderNodeGroup", node_tree=self.group, inputs=inputs)
         for link in list(glass.outputs[0].links):
             glass.id_data.links.new(node.outputs[0], link.to_socket)
@@ -122,9 +124,9 @@ class Bending:
         metal = node.type == "BSDF_PRINCIPLED"
         for name in ("Base Color", "Specular Tint") if metal else ("Color",):
             self.tinted |= not _is_white(node.inputs[name], path)
-            color = nodes.mix(switch(nodes, "tinted"), WHITE, _fed(node.inputs[name]))
+            color = nodes.mix(switch(nodes, "tinted"), WHITE, fed(node.inputs[name]))
             if node.type == "BSDF_REFRACTION":
-                ior, number = _fed(node.inputs["IOR"]), value_of(node.inputs["IOR"], path)
+                ior, number = fed(node.inputs["IOR"]), value_of(node.inputs["IOR"], path)
                 self.shares.add(round(number**-2, 9) if number else None)
                 back = nodes.add("ShaderNodeNewGeometry").outputs["Backfacing"]
                 exponent = nodes.math("MULTIPLY_ADD", back, 4 * POWER, -2 * POWER)
@@ -269,11 +271,16 @@ def _is_shader(node):
 
 
 def own_groups(tree):
-    """Give a tree copies of its own of all groups in it, but interfaces, so that nodes within them can be changed."""
+    """Give a tree copies of its own of all groups in it, but interfaces, so that nodes within them can be changed.
+
+    Returns them, a list of bpy.types.NodeTree.
+    """
+    copies = []
     for node in tree.nodes:
         if node.type == "GROUP" and node.node_tree and not is_interface(node):
             node.node_tree = node.node_tree.copy()
-            own_groups(node.node_tree)
+            copies += [node.node_tree, *own_groups(node.node_tree)]
+    return copies
 
 
 # ------------------------------------------------------------------------------------------------ nodes
@@ -290,7 +297,7 @@ def switch(nodes, name):
     return node.outputs[0]
 
 
-def _fed(socket):
+def fed(socket):
     """What feeds a socket: an output, or the value that it has."""
     if socket.is_linked:
         return socket.links[0].from_socket

@@ -19,17 +19,19 @@ import numpy as np
 from ..base.files import whole
 from ..stopping import interruptible
 from . import lights
-from .bending import lands
+from .bending import fed, kind_of, lands, own_groups
 from .density import LEVELS, Density, layout
 from .digest import ALIKE, digest
 from .material import asked_interfaces
 from .nodes import Nodes, empty_tree
+from .object_values import carry, give
 from .photons import ATTRIBUTE, Landed, Tracer, set_materials
-from .visibility import HIDDEN, OWNER, counting, has_nodes
+from .visibility import HIDDEN, OWNER, as_rendered, asked, has_nodes
 
 DIGEST = "nim_caustics_of"  # of the collection: digest() of the scene that was traced
 MULTIPLE = "nim_caustics_multiple"  # of a lamp: whether it was found by chance too; of a sky: how it was sampled
 SKY = "nim_caustics_sky"  # of the collection: the world whose sun the caustics are of
+STANDS = "nim_caustics_lamp"  # of a lamp that is only seen: the bpy.types.Light of the one it is seen for
 COLLECTION = "NIM Caustics"
 PHOTONS = 1 << 24
 PASS = 1 << 20  # photons of a round
@@ -54,12 +56,18 @@ class Bake:
     """
 
     def __init__(self, scene, light=None, *, texels=2048, photons=PHOTONS, seed=0, most=PASS):
+        for name, value in (("photons", photons), ("texels", texels), ("most", most)):
+            if value < 1:
+                raise ValueError(f"{name} is {value}, but must be 1 or more.")
         self.scene, self.texels, self.seed, self.done = scene, texels, seed, 0
-        scene.view_layers[0].update()  # places set by a script are not yet in the lamps' matrices
         self.sun = lights.sun_of(scene) if light is None else None
         if light is None:
             self.sources = [(self.sun, None)] if self.sun else []
-            self.sources += [(lights.light_of(lamp), lamp) for lamp in lights.lamps_of(scene)]
+            with as_rendered(scene) as depsgraph:
+                lamps = lights.placed(scene, depsgraph)
+            for lamp in lamps:
+                lights.check(lamp.thing)
+                self.sources.append((lights.light_of(lamp.thing, lamp.matrix), lamp))
         else:
             self.sources = [(one, None) for one in light]
         if not self.sources:
@@ -76,7 +84,8 @@ class Bake:
         try:
             for light, lamp in self.sources:
                 if not isinstance(light, lights.Sun):
-                    self.tracer.check_outside(lamp.name if lamp else "of the bake", light.place)
+                    self.tracer.check_outside(lamp.thing.name if lamp else "of the bake", light.place)
+            self.unlit = [self._unlit(lamp) for _, lamp in self.sources]
         except BaseException:
             self.tracer.__exit__()
             raise
@@ -97,14 +106,32 @@ class Bake:
             yield self.done
 
     def _passes(self, number, first):
-        seed = self.seed + 1 + number
-        light = self.sources[number][0]
-        return self.tracer.trace(light, self.photons, self.total, seed=seed, first=first)
+        return self._trace(number, self.photons, self.total, seed=self.seed + 1 + number, first=first)
+
+    def _trace(self, number, *given, **how):
+        """Tracer.trace() of the light of that number, without what lands where light linking has it shine on nothing."""
+        for landed in self.tracer.trace(self.sources[number][0], *given, **how):
+            yield landed.only(~self.unlit[number][landed.chart]) if self.unlit[number].any() else landed
+
+    def _unlit(self, lamp):
+        """(charts,) whether a lights.Placed, or None for any light, leaves a chart out."""
+        names = [chart.thing for chart in self.tracer.charts]
+        if lamp is None:
+            return np.zeros(len(names), bool)
+        bending = lights.leaves_out(lamp.thing, self.tracer.benders)
+        if bending:
+            name = min(one.name for one in bending)
+            raise ValueError(
+                f"the lamp {lamp.thing.name} does not light {name}, which bends light, by its Light Linking, and such light is "
+                f"not traced; let it light {name} too."
+            )
+        out = {one.name for one in lights.leaves_out(lamp.thing, set(self.scene.objects)) if not one.library}
+        return np.array([name in out for name in names])
 
     def _laid_out(self):
         trial = []
-        for light, _ in self.sources:
-            trial += self.tracer.trace(light, TRIAL // 4, 4, seed=self.seed)
+        for number in range(len(self.sources)):
+            trial += self._trace(number, TRIAL // 4, 4, seed=self.seed)
         if not sum(len(one.side) for one in trial):
             raise ValueError(
                 "no light lands by way of an interface; let the lamps shine on the NIM, and it on something."
@@ -168,7 +195,7 @@ class Bake:
         return hashlib.sha256(json.dumps([*of, repr([light for light, _ in self.sources])]).encode()).hexdigest()
 
     def _copies(self, name, texture):
-        """Meshes and matrices of an object, with the places of its windows in its texture, for either side."""
+        """Meshes of an object, with the places of its windows in its texture, for either side, and the Part each is made of."""
         height, width = texture.shape
         for part in (part for part in self.tracer.parts if part.name == name):
             mesh = part.mesh.copy()
@@ -190,7 +217,7 @@ class Bake:
                 for attribute, values in zip(_names(back, level), (place, *bounds), strict=True):
                     data = mesh.attributes.new(attribute, "FLOAT_VECTOR", "CORNER").data
                     data.foreach_set("vector", values.ravel())
-            yield mesh, part.matrix
+            yield mesh, part
 
 
 def bake(scene, light=None, *, progress=None, file=None, **options):
@@ -258,16 +285,18 @@ def clear(scene):
     materials = {
         slot.material for thing in things for slot in thing.material_slots if slot.material and slot.material.get(OWNER)
     }
-    images = {
-        node.image for one in materials for node in one.node_tree.nodes if node.get(OWNER) and node.type == "TEX_IMAGE"
-    }
+    groups = {node.node_tree for one in materials for node in _nodes(one.node_tree) if node.type == "GROUP"}
+    groups = {group for group in groups if group and group.get(OWNER)}
+    trees = [*(one.node_tree for one in materials), *groups]
+    images = {node.image for tree in trees for node in tree.nodes if node.get(OWNER) and node.type == "TEX_IMAGE"}
+    for lamp in {thing[STANDS] for thing in things if thing.get(STANDS)}:
+        _found_by_chance(lamp)
     for thing in scene.objects:
         if thing.get(HIDDEN):
             thing.hide_render, thing.hide_viewport = False, thing[HIDDEN] > 1
             del thing[HIDDEN]
-        if thing.type == "LIGHT" and thing.data.get(MULTIPLE) is not None:
-            thing.data.cycles.use_multiple_importance_sampling = thing.data[MULTIPLE]
-            del thing.data[MULTIPLE]
+        if thing.type == "LIGHT":
+            _found_by_chance(thing.data)
     for world in {scene.world, *(one.get(SKY) for one in collections)} - {None}:
         if world.get(MULTIPLE) is not None:
             _switch_sun(world, hidden=False)
@@ -276,7 +305,22 @@ def clear(scene):
     for collection in collections:
         _hand_back(scene, collection)
     bpy.data.batch_remove([*things, *collections])
-    bpy.data.batch_remove([*data, *materials, *images])
+    bpy.data.batch_remove([*data, *materials, *groups, *images])
+
+
+def _found_by_chance(lamp):
+    """Let a lamp be found by chance again, if it was before."""
+    if lamp.get(MULTIPLE) is not None:
+        lamp.cycles.use_multiple_importance_sampling = lamp[MULTIPLE]
+        del lamp[MULTIPLE]
+
+
+def _nodes(tree):
+    """All nodes of a tree, those in the groups in it too."""
+    for node in tree.nodes:
+        yield node
+        if node.type == "GROUP" and node.node_tree:
+            yield from _nodes(node.node_tree)
 
 
 def _hand_back(scene, collection):
@@ -328,16 +372,19 @@ def _replace(scene, collection, name, copies, irradiance, layers):
     image.pixels.foreach_set(pixels.ravel())
     image.update()
     image.pack()
+    group = _light(image, layers)
     original = next(thing for thing in scene.objects if thing.name == name and not thing.library)
-    for mesh, matrix in copies:
+    for mesh, part in copies:
         thing = bpy.data.objects.new(f"{COLLECTION} {name}", mesh)
-        thing.matrix_world = matrix
+        thing.matrix_world = part.matrix
         _look_alike(thing, original)
+        give(thing, part.values, original)
         thing[OWNER] = True
-        for index, material in enumerate(list(mesh.materials)):
+        for index, material in enumerate(part.materials):
             if lands(material):
-                mesh.materials[index] = _shining(material, image, layers)
+                mesh.materials[index] = _shining(material, group)
         collection.objects.link(thing)
+        _link_to_lamps(thing, original)
     original[HIDDEN] = 2 if original.hide_viewport else 1
     original.hide_render = original.hide_viewport = True
 
@@ -351,6 +398,18 @@ def _look_alike(thing, original):
         setattr(thing, name, getattr(original, name))
     for kind in ("receiver_collection", "blocker_collection"):
         setattr(thing.light_linking, kind, getattr(original.light_linking, kind))
+
+
+def _link_to_lamps(thing, original):
+    """Let the lamps that shine on some things only take a copy for its original."""
+    lamps = [one for one in bpy.data.objects if one.type == "LIGHT"]
+    for linked in {one.light_linking.receiver_collection for one in lamps} - {None}:
+        for held in (linked, *linked.children_recursive):
+            at = list(held.objects).index(original) if original in set(held.objects) else None
+            if at is not None and thing not in set(held.objects):
+                held.objects.link(thing)
+                state = held.collection_objects[at].light_linking.link_state
+                held.collection_objects[list(held.objects).index(thing)].light_linking.link_state = state
 
 
 def _lamps(collection, light):
@@ -389,9 +448,9 @@ def _lamp(collection, data, light, direction=None):
     return lamp
 
 
-def _split(collection, lamp):
-    """Let a lamp of the scene be met by shadow rays only, and a copy of it only be seen, where nothing was scattered."""
-    data = lamp.data
+def _split(collection, placed):
+    """Let a lights.Placed be met by shadow rays only, and a copy of it only be seen, where nothing was scattered."""
+    lamp, data = placed.thing, placed.thing.data
     if data.get(MULTIPLE) is None:
         data[MULTIPLE] = data.cycles.use_multiple_importance_sampling
     data.cycles.use_multiple_importance_sampling = False
@@ -400,7 +459,12 @@ def _split(collection, lamp):
     seen.data = data.copy()
     seen.data.cycles.use_multiple_importance_sampling = True
     seen.visible_diffuse = False
-    seen[OWNER] = True
+    seen[OWNER], seen[STANDS] = True, data
+    if not placed.single:
+        seen.parent = None
+        seen.animation_data_clear()
+        seen.constraints.clear()
+        seen.matrix_world = placed.matrix
     own = lights.emitted(lamp)
     nodes = Nodes(empty_tree(seen.data))
     path = nodes.add("ShaderNodeLightPath").outputs
@@ -417,17 +481,12 @@ def _plain_diffuse(material):
     nodes.end(nodes.add("ShaderNodeBsdfDiffuse", inputs={"Color": tuple(material.diffuse_color)}))
 
 
-def _shining(material, image, layers):
-    """A copy of `material` that also sends out what it would of the light in `image`, whose windows are those _layers()."""
-    copy = material.copy() if material else bpy.data.materials.new(COLLECTION)
-    copy[OWNER] = True
-    if not has_nodes(material):
-        _plain_diffuse(copy)
-    tree = copy.node_tree
-    output = tree.get_output_node("CYCLES")
-    diffuse = next((node for node in counting(copy) if node.type in ("BSDF_DIFFUSE", "BSDF_PRINCIPLED")), None)
-
-    nodes = Nodes(tree)
+def _light(image, layers):
+    """A node group: what a white surface would send out of the light in `image`, whose windows are those _layers()."""
+    group = bpy.data.node_groups.new(COLLECTION, "ShaderNodeTree")
+    group[OWNER] = True
+    group.interface.new_socket("Color", in_out="OUTPUT", socket_type="NodeSocketColor")
+    nodes = Nodes(group)
     back = nodes.add("ShaderNodeNewGeometry").outputs["Backfacing"]
     light, left = None, [nodes.math("SUBTRACT", 1.0, back), back]
     for side, level in layers:
@@ -444,18 +503,39 @@ def _shining(material, image, layers):
         # what a finer window shows, a coarser one does not
         left[side] = nodes.math("SUBTRACT", left[side], here)
         shown = nodes.add("ShaderNodeTexImage", inputs={"Vector": place}, image=image, interpolation="Linear")
+        shown[OWNER] = True
         scaled = nodes.scale(shown.outputs["Color"], here)
         light = nodes.vector("ADD", light, scaled) if light else scaled
-    color = (1.0, 1.0, 1.0)
-    if diffuse:
-        socket = diffuse.inputs["Color" if diffuse.type == "BSDF_DIFFUSE" else "Base Color"]
-        color = socket.links[0].from_socket if socket.is_linked else tuple(socket.default_value)[:3]
-    color = nodes.vector("MULTIPLY", light, color)
-    glow = nodes.add("ShaderNodeEmission", inputs={"Color": color, "Strength": 1 / np.pi})
-    before = output.inputs["Surface"].links[0].from_socket
-    both = nodes.add("ShaderNodeAddShader", inputs={0: before, 1: glow.outputs[0]})
-    tree.links.new(both.outputs[0], output.inputs["Surface"])
-    for node in nodes.added:
-        node[OWNER] = True
+    nodes.add("NodeGroupOutput", inputs={0: nodes.scale(light, 1 / np.pi)})
+    return group
+
+
+def _shining(material, group):
+    """A copy of `material` whose diffuse parts also send out what they would of the light of the _light() group."""
+    copy = material.copy() if material else bpy.data.materials.new(COLLECTION)
+    copy[OWNER] = True
+    if not has_nodes(material):
+        _plain_diffuse(copy)
+    for owned in own_groups(copy.node_tree):
+        owned[OWNER] = True
+    carry(copy)
+    for node, path in asked(copy):
+        if kind_of(node, path) == "diffuse":
+            _glow(node, group)
     copy.cycles.emission_sampling = "NONE"
     return copy
+
+
+def _glow(node, group):
+    """Let a diffuse closure also send out its part of the light of a group."""
+    nodes = Nodes(node.id_data)
+    color = node.inputs["Color"] if "Color" in node.inputs else node.inputs["Base Color"]
+    albedo = fed(color) if color.is_linked else fed(color)[:3]
+    light = nodes.vector("MULTIPLY", nodes.add("ShaderNodeGroup", node_tree=group).outputs[0], albedo)
+    if node.type == "BSDF_PRINCIPLED":  # of its metal nothing is diffuse
+        light = nodes.scale(light, nodes.math("SUBTRACT", 1.0, fed(node.inputs["Metallic"])))
+    glow = nodes.add("ShaderNodeEmission", inputs={"Color": light})
+    places = [link.to_socket for link in node.outputs[0].links]
+    both = nodes.add("ShaderNodeAddShader", inputs={0: node.outputs[0], 1: glow.outputs[0]})
+    for place in places:
+        nodes.feed(place, both.outputs[0])

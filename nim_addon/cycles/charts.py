@@ -25,7 +25,7 @@ class Chart(NamedTuple):
 
 class Part(NamedTuple):
     """A mesh that light lands on: its object's name, its matrix and materials, each corner's place in the world (N, 3) and
-    chart (N,), -1 where light does not land."""
+    chart (N,), -1 where light does not land, and the object_values.values_of() it."""
 
     name: str
     mesh: bpy.types.Mesh
@@ -33,6 +33,7 @@ class Part(NamedTuple):
     materials: list
     corners: np.ndarray
     charts: np.ndarray
+    values: dict
 
 
 def read(collection, name, width, kind=np.float32):

@@ -48,6 +48,9 @@ def digest(scene: bpy.types.Scene, meshes: dict | None = None) -> str:
         trees = _Trees(depsgraph)
         lines = [repr(lights.sun_of(scene))]
         lines += [_lamp_mark(thing, trees) for thing in rendered(scene) if thing.type == "LIGHT"]
+        for one in lights.placed(scene, depsgraph):
+            if not one.single:
+                lines.append(_lamp_mark(one.thing, trees, one.matrix))
         here = set()
         for one in shown(scene, depsgraph):
             if one.original.get(PATHS):
@@ -131,9 +134,9 @@ def _mesh_mark(mesh):
     return mark.hexdigest(), low, high
 
 
-def _lamp_mark(thing, trees):
+def _lamp_mark(thing, trees, matrix=None):
     lamp = thing.evaluated_get(trees.depsgraph)
-    frame = np.array(lamp.matrix_world)
+    frame = np.array(matrix or lamp.matrix_world)
     line = [_plain(getattr(lamp.data, name, None)) for name in LAMP]
     line += [getattr(thing.data.cycles, name, None) for name in ("cast_shadow", "is_portal")]
     line += [_rounded(frame[:3, :3], 0.0), _rounded(frame[:3, 3], 0.0)]

@@ -9,11 +9,12 @@ them without Soft Falloff; with it they are (radius / distance)^2 darker, close 
 import math
 from typing import NamedTuple
 
+import bpy
 import mathutils
 import numpy as np
 
 from .nodes import uses_nodes
-from .visibility import rendered
+from .visibility import is_instance_rendered, rendered
 
 TURNS = 60  # ways to turn the frame about the light's direction, of which the tightest is taken
 SUN = "nim_sun"  # of a bpy.types.World: direction, irradiance and angle of the Gaussian sun in its sky
@@ -101,7 +102,8 @@ class Lamp(NamedTuple):
         if self.axis is not None:
             power = power * self._falloff(_directions(window, size) @ np.array(frame.to_3x3()).T)[..., None]
         for _ in range(passes):
-            yield Shot(frame, None, window, self.radius, 1e6, size, power)
+            # so far that a sphere's light is parallel from all of its disk
+            yield Shot(frame, None, window, self.radius, 1e6 * max(1.0, self.radius), size, power)
 
     def _falloff(self, directions):
         cosine = directions @ (np.asarray(self.axis) / np.linalg.norm(self.axis))
@@ -178,12 +180,81 @@ def sun_of(scene):
 
 
 def lamps_of(scene):
-    """The lamps that shine in a render of `scene` without baked caustics: suns first, then spots, points and areas."""
-    order = ("SUN", "SPOT", "POINT", "AREA")
-    lamps = [
-        thing for thing in rendered(scene) if thing.type == "LIGHT" and thing.data.energy > 0 and any(thing.data.color)
+    """The lamps that shine by themselves in a render of `scene` without baked caustics, in the order in which they are
+    traced: suns first, then spots, points and areas."""
+    return sorted((thing for thing in rendered(scene) if _shines(thing)), key=_rank)
+
+
+class Placed(NamedTuple):
+    """A lamp of the file, `thing`, the mathutils.Matrix of where it, or an instance of it, stands; `single`: whether itself."""
+
+    thing: bpy.types.Object
+    matrix: mathutils.Matrix
+    single: bool
+
+
+def placed(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> list[Placed]:
+    """The lamps of lamps_of(), and each instance of a lamp that a render shows; depsgraph: visibility.as_rendered()'s."""
+    alone = set(rendered(scene))
+    found = []
+    for instance in depsgraph.object_instances:
+        thing = instance.object.original
+        single = not instance.is_instance
+        there = thing in alone if single else is_instance_rendered(thing, instance.parent.original, alone)
+        if there and _shines(thing):
+            found.append(Placed(thing, instance.matrix_world.copy(), single))
+    return sorted(found, key=lambda one: (_rank(one.thing), not one.single))
+
+
+def _shines(thing):
+    if thing.type != "LIGHT" or (thing.data.type == "AREA" and thing.data.cycles.is_portal):
+        return False
+    return thing.data.energy > 0 and any(thing.data.color)
+
+
+def _rank(thing):
+    return ("SUN", "SPOT", "POINT", "AREA").index(thing.data.type), thing.name
+
+
+def check(thing: bpy.types.Object) -> None:
+    """Raise ValueError, one sentence, for a lamp some of whose light would be counted twice, or wrongly, by a bake."""
+    lamp, name = thing.data, f"the lamp {thing.name}"
+    if thing.library or lamp.library:
+        raise ValueError(f"{name} is linked from a library, and a bake has to change it; make it local.")
+    if not lamp.use_shadow:
+        raise ValueError(
+            f"{name} throws no shadows, so that it shines through interfaces, and a bake would count that light twice; "
+            "switch its Shadow on."
+        )
+    if thing.light_linking.blocker_collection:
+        raise ValueError(
+            f"{name} has Shadow Linking, by which it may shine through interfaces, and a bake would count that light twice; "
+            "clear its Shadow Linking."
+        )
+    if lamp.cycles.is_caustics_light:
+        raise ValueError(
+            f"{name} has Shadow Caustics, which are caustics as well, and would be counted twice; switch them off."
+        )
+    hidden = [ray for ray in ("diffuse", "glossy", "transmission") if not getattr(thing, f"visible_{ray}")]
+    if hidden:
+        raise ValueError(
+            f"{name} is not there for {' and '.join(hidden)} rays, and is traced for all; switch its Ray Visibility on."
+        )
+
+
+def leaves_out(thing: bpy.types.Object, things) -> set:
+    """Those of `things` (bpy.types.Object) that a lamp does not shine on, by its light linking."""
+    linked = thing.light_linking.receiver_collection
+    if linked is None:
+        return set()
+    only, never = set(), set()
+    states = [({one}, state) for one, state in zip(linked.objects, linked.collection_objects, strict=True)]
+    states += [
+        (set(one.all_objects), state) for one, state in zip(linked.children, linked.collection_children, strict=True)
     ]
-    return sorted(lamps, key=lambda thing: (order.index(thing.data.type), thing.name))
+    for some, state in states:
+        (only if state.light_linking.link_state == "INCLUDE" else never).update(some)
+    return {one for one in things if one in never or (only and one not in only)}
 
 
 def emitted(thing):
@@ -280,10 +351,11 @@ def _directions(window, size):
     )
 
 
-def aim(camera, scene, shot):
-    """Set a camera (bpy.types.Object) and the size of its `scene` to take a Shot."""
+def aim(camera, scene, shot, corners):
+    """Set a camera (bpy.types.Object) and the size of its `scene` to take a Shot, as far as the `corners` (N, 3) of all."""
     data, render = camera.data, scene.render
-    data.clip_start, data.clip_end = 1e-3, 1e5
+    reach = float(np.linalg.norm(corners - np.array(shot.frame.translation), axis=1).max())
+    data.clip_start, data.clip_end = 1e-6, 2 * reach + shot.lens + 1.0
     render.resolution_x, render.resolution_y = (int(edge) for edge in shot.size)
     render.resolution_percentage = 100
     render.pixel_aspect_x = render.pixel_aspect_y = 1.0

@@ -14,8 +14,9 @@ from . import charts, lights, settings
 from .bending import POWER, WHITE, Bending, bends, lands, switch
 from .charts import Chart, Part, read
 from .nodes import Nodes, empty_tree
+from .object_values import give, values_of
 from .render import pixels_of
-from .visibility import as_rendered, shown
+from .visibility import as_rendered, rendered, shown
 
 ATTRIBUTE = "nim_place"
 KINDS = ("objects", "meshes", "materials", "worlds", "cameras", "scenes", "node_groups")
@@ -38,9 +39,14 @@ class Landed:
         """(N,) number of the chart."""
         return self.side // 2
 
+    def only(self, here):
+        """Those for which `here` (N,) is true."""
+        return Landed(self.side[here], self.place[here], self.power[here], self.share[here])
+
 
 class Tracer:
-    """A scene made ready for photons: `charts`, a list of Chart, `parts`, of Part, and trace().
+    """A scene made ready for photons: `charts`, a list of Chart, `parts`, of Part, `benders`, the objects that bend or mirror
+    light, and trace().
 
     scene: bpy.types.Scene; nothing of it is changed. Use it with `with`: what it makes is taken away at the end.
     Raises ValueError, one sentence, for a scene without an interface or a mirror, without a surface for the light to land
@@ -53,7 +59,7 @@ class Tracer:
 
     def __init__(self, scene):
         self.source = scene
-        self.charts, self.parts = [], []
+        self.charts, self.parts, self.benders = [], [], set()
 
     def __enter__(self):
         before = {kind: set(getattr(bpy.data, kind)) for kind in KINDS}
@@ -70,6 +76,7 @@ class Tracer:
         bpy.data.batch_remove(self.made)
 
     def _build(self):
+        _check(self.source)
         scene = self.scene = bpy.data.scenes.new("NIM photons")
         settings.lossless(scene, "nodes")
         # no path ends by chance
@@ -119,9 +126,12 @@ class Tracer:
         Returns it, or None for one without faces, whether it bends light, and its _box().
         """
         matrix = one.matrix.copy()  # which can be decomposed, as a frozen one cannot
-        # all layers of the mesh that a surface or a text becomes: Blender 4.2 falls over them
-        layers = one.original.type == "MESH"
-        mesh = bpy.data.meshes.new_from_object(one.object, preserve_all_data_layers=layers, depsgraph=depsgraph)
+        if not one.single and one.parent == one.original:  # an instance of a mesh that belongs to no object
+            mesh = one.mesh.copy()
+        else:
+            # all layers of the mesh that a surface or a text becomes: Blender 4.2 falls over them
+            layers = one.original.type == "MESH"
+            mesh = bpy.data.meshes.new_from_object(one.object, preserve_all_data_layers=layers, depsgraph=depsgraph)
         if not mesh.polygons:
             return None, False, None
         if not _is_plain(matrix):
@@ -130,11 +140,16 @@ class Tracer:
             if matrix.determinant() < 0:
                 mesh.flip_normals()
             matrix = mathutils.Matrix.Identity(4)
+        bends_here = any(bends(material) for material in one.materials)
+        if bends_here:
+            self.benders.add(one.original)
+            check_shadow(one)
+        values = values_of(one, self.source)
         bending = [self.bending.of(material, one.original.name) for material in one.materials]
         lands_here = [not b and lands(m) for b, m in zip(bending, one.materials, strict=True)]
         # what cannot be given a light of its own only throws a shadow
         if any(lands_here) and lit:
-            self._mark(mesh, matrix, lands_here, one)
+            self._mark(mesh, matrix, lands_here, one, values)
         else:
             lands_here = [False] * len(lands_here)
         set_materials(
@@ -143,10 +158,11 @@ class Tracer:
         )
         copy = bpy.data.objects.new("NIM photons", mesh)
         copy.matrix_world = matrix
+        give(copy, values, one.original)
         self.scene.collection.objects.link(copy)
-        return copy, any(bends(material) for material in one.materials), _box(mesh, matrix)
+        return copy, bends_here, _box(mesh, matrix)
 
-    def _mark(self, mesh, matrix, lands_here, one):
+    def _mark(self, mesh, matrix, lands_here, one, read_of_it):
         """Give each corner of the faces that light lands on its place in a chart: (1 to 2, 1 to 2, 4 (chart + 1))."""
         name, frame = one.original.name, np.array(matrix)
         vertices = read(mesh.vertices, "co", 3) @ frame[:3, :3].T + frame[:3, 3]
@@ -175,7 +191,7 @@ class Tracer:
                 chart_of[mine] = len(self.charts) - 1
         layer = mesh.attributes.new(ATTRIBUTE, "FLOAT_VECTOR", "CORNER")
         layer.data.foreach_set("vector", values.ravel())
-        self.parts.append(Part(name, mesh, matrix, list(one.materials), at, chart_of))
+        self.parts.append(Part(name, mesh, matrix, list(one.materials), at, chart_of, read_of_it))
 
     def _shining(self):
         """A material that emits the corner attribute where the path met an interface or a mirror; in blue 2 more on the
@@ -230,7 +246,7 @@ class Tracer:
             if index < first:
                 continue
             self.scene.cycles.seed = seed
-            lights.aim(self.camera, self.scene, shot)
+            lights.aim(self.camera, self.scene, shot, self.target.corners)
             # the first sample of a pixel sits at its centre, whatever the seed: it is left out
             settings.one_sample(self.scene, index + 1, passes + 1)
             self.bending.set(white=0.0, tinted=0.0, counted=0.0)
@@ -254,6 +270,26 @@ class Tracer:
         high = np.array([one.high for one in self.charts])[side // 2]
         place = low + (pixels[:, :2] - 1) * np.maximum(high - low, 1e-9)
         return Landed(side, place, power, share)
+
+
+def _check(scene):
+    """Raise ValueError, one sentence, where a scene has a medium that no mesh bounds."""
+    volume = next((thing for thing in rendered(scene) if thing.type == "VOLUME"), None)
+    if volume:
+        raise ValueError(f"light is not traced through the volume {volume.name}; hide it from renders.")
+    output = scene.world and scene.world.node_tree and scene.world.node_tree.get_output_node("CYCLES")
+    if output and output.inputs["Volume"].is_linked:
+        raise ValueError(f"light is not traced through the volume of the world {scene.world.name}; unlink it there.")
+
+
+def check_shadow(one):
+    """Raise ValueError, one sentence, where what is Shown, which bends light, throws no shadow."""
+    for thing in (one.original, one.parent):
+        if thing and not thing.visible_shadow:
+            raise ValueError(
+                f"{thing.name} throws no shadow, so that lamps shine straight through it, and a bake would count that light "
+                "twice; switch Shadow on in its Ray Visibility."
+            )
 
 
 def set_materials(mesh, materials):

@@ -30,6 +30,7 @@ class Shown(NamedTuple):
     single:    whether it is that object itself, not an instance of it
     parent:    the original object that makes the instances, or None
     mesh:      the evaluated bpy.types.Mesh that is rendered
+    random:    of this instance, 0 to 1, as Object Info gives it
     """
 
     object: bpy.types.Object
@@ -39,6 +40,7 @@ class Shown(NamedTuple):
     single: bool
     parent: bpy.types.Object | None
     mesh: bpy.types.Mesh
+    random: float = 0.0
 
 
 class Asked(NamedTuple):
@@ -128,14 +130,35 @@ def shown(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> Iterator[Sh
         original, parent = thing.original, instance.parent and instance.parent.original
         own = instance.is_instance and original.type != "MESH" and parent == original
         single = not instance.is_instance or own
-        there = original in alone if single else _is_instance_rendered(original, parent, alone)
+        there = original in alone if single else is_instance_rendered(original, parent, alone)
         # curves, texts and the like are there a second time, as the mesh that they become
         if thing.type == "MESH" and instance.show_self and there:
             materials = materials_of(thing, override)
             matrix = instance.matrix_world.copy().freeze()
+            random = (instance.random_id if instance.is_instance else _hash(original.name)) % 2**32 / (2**32 - 1)
             # `thing` of an instance lasts until the next one, which takes its place
             lasting = instance.instance_object or thing
-            yield Shown(lasting, original, matrix, materials, single, parent or None, thing.data)
+            yield Shown(lasting, original, matrix, materials, single, parent or None, thing.data, random)
+
+
+def _hash(name):
+    """The number that Cycles makes of an object's name (hash_string() of it, and lookup3 by Bob Jenkins, public domain)."""
+    number = 0
+    for byte in name.encode():
+        number = number * 37 + (byte if byte < 128 else byte - 256)
+    a = b = c = 0xDEADBEEF + (2 << 2) + 13
+    a = (a + number) % 2**32
+
+    def less(p, q, turn):  # (p xor q) - q turned to the left
+        return ((p ^ q) - (q << turn | q >> 32 - turn)) % 2**32
+
+    c = less(c, b, 14)
+    a = less(a, c, 11)
+    b = less(b, a, 25)
+    c = less(c, b, 16)
+    a = less(a, c, 4)
+    b = less(b, a, 14)
+    return less(c, b, 24)
 
 
 def lamps(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> list:
@@ -146,12 +169,13 @@ def lamps(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> list:
     for instance in depsgraph.object_instances:
         if instance.is_instance and instance.object.type == "LIGHT":
             thing = instance.object.original
-            if _is_instance_rendered(thing, instance.parent and instance.parent.original, alone):
+            if is_instance_rendered(thing, instance.parent and instance.parent.original, alone):
                 found.append(thing)
     return list(dict.fromkeys(found))
 
 
-def _is_instance_rendered(thing, parent, alone):
+def is_instance_rendered(thing, parent, alone):
+    """Whether a render shows an instance of `thing` that `parent` makes; alone: the objects that it shows by themselves."""
     if parent not in alone or thing.get(OWNER):
         return False
     # geometry nodes render an object that they make instances of even where it is hidden itself

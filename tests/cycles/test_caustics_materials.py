@@ -132,3 +132,36 @@ def test_a_material_that_comes_from_elsewhere(way, scene, render):
     if way == "geometry nodes":
         middle = render(scene)[12:20, 12:20].mean((0, 1))
         assert middle == pytest.approx(np.array((0.1, 0.6, 0.2)) * through() / 12 / np.pi, rel=0.03)
+
+
+# ------------------------------------------------------------------------------------------------ what shines
+
+
+def half(nodes):
+    """Grey paint, half of it black, its colour from a texture."""
+    color = nodes.add("ShaderNodeRGB")
+    color.outputs[0].default_value = (0.1, 0.6, 0.2, 1.0)
+    paint = nodes.add("ShaderNodeBsdfDiffuse", inputs={"Color": color.outputs[0]})
+    black = nodes.add("ShaderNodeBsdfDiffuse", inputs={"Color": (0, 0, 0)})
+    return nodes.add("ShaderNodeMixShader", inputs={0: 0.5, 1: paint.outputs[0], 2: black.outputs[0]})
+
+
+@pytest.mark.parametrize("where", ["material", "group"])
+def test_a_mixture_shines_with_what_each_part_of_it_sends_back(where, scene, render):
+    material = bpy.data.materials.new("Mixed")
+    nodes = Nodes(empty_tree(material))
+    if where == "group":
+        group = bpy.data.node_groups.new("Mine", "ShaderNodeTree")
+        group.interface.new_socket("Shader", in_out="OUTPUT", socket_type="NodeSocketShader")
+        inner = Nodes(group)
+        inner.add("NodeGroupOutput", inputs={0: half(inner).outputs[0]})
+        nodes.end(nodes.add("ShaderNodeGroup", node_tree=group))
+    else:
+        nodes.end(half(nodes))
+    scene.objects["Floor"].material_slots[0].material = material
+    groups = set(bpy.data.node_groups)
+    bake(scene)
+    middle = render(scene)[12:20, 12:20].mean((0, 1))
+    assert middle == pytest.approx(np.array((0.1, 0.6, 0.2)) / 2 * through() / 12 / np.pi, rel=0.03)
+    caustics.clear(scene)
+    assert set(bpy.data.node_groups) == groups

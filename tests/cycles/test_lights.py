@@ -11,6 +11,7 @@ import pytest
 from nim_addon.cycles import caustics, lights
 from nim_addon.cycles.material import interface_material
 from nim_addon.cycles.nodes import Nodes, empty_tree
+from nim_addon.cycles.photons import Tracer
 from nim_addon.physics import Medium
 from nim_addon.scenes import shapes, surfaces
 from nim_addon.scenes.stage import Stage
@@ -236,3 +237,172 @@ def test_a_lamp_with_an_emission_node_is_traced_and_seen_with_its_colour(empty_f
     seen = next(one for one in scene.objects if one.type == "LIGHT" and one.get(caustics.OWNER))
     glow = next(node for node in seen.data.node_tree.nodes if node.type == "EMISSION")
     assert tuple(glow.inputs["Color"].default_value)[:3] == pytest.approx((1.0, 0.5, 0.25))
+
+
+# ------------------------------------------------------------------------------------------------ light counted twice
+
+
+def shadowed(scene):
+    scene.objects["Lamp"].data.use_shadow = False
+
+
+def linked_shadows(scene):
+    scene.objects["Lamp"].light_linking.blocker_collection = bpy.data.collections.new("Blockers")
+
+
+def shadow_caustics(scene):
+    scene.objects["Lamp"].data.cycles.is_caustics_light = True
+
+
+def not_glossy(scene):
+    scene.objects["Lamp"].visible_glossy = False
+
+
+def not_shadowing(scene):
+    scene.objects["Surface"].visible_shadow = False
+
+
+def foggy(scene):
+    nodes = Nodes(scene.world.node_tree)
+    fog = nodes.add("ShaderNodeVolumeScatter")
+    nodes.add("ShaderNodeOutputWorld", inputs={"Volume": fog.outputs[0]})
+
+
+def smoky(scene):
+    scene.collection.objects.link(bpy.data.objects.new("Smoke", bpy.data.volumes.new("Smoke")))
+
+
+@pytest.mark.parametrize(
+    "change, words",
+    [
+        (shadowed, ("Lamp", "Shadow", "twice")),
+        (linked_shadows, ("Lamp", "Shadow Linking", "twice")),
+        (shadow_caustics, ("Lamp", "Shadow Caustics")),
+        (not_glossy, ("Lamp", "glossy")),
+        (not_shadowing, ("Surface", "Shadow", "twice")),
+        (foggy, ("world", "Dark")),
+        (smoky, ("Smoke", "volume")),
+    ],
+    ids=lambda one: getattr(one, "__name__", ""),
+)
+def test_light_that_a_bake_would_count_twice_or_not_at_all_is_refused(change, words, empty_file, one_sentence):
+    scene = stage_of("point", Medium(-1.5))
+    change(scene)
+    with pytest.raises(ValueError) as error, caustics.Bake(scene):
+        pass
+    one_sentence(error.value, *words)
+    assert not caustics.baked(scene)
+
+
+@pytest.mark.parametrize("option", ["photons", "texels", "most"])
+@pytest.mark.parametrize("value", [0, -5])
+def test_numbers_that_trace_nothing_are_refused(option, value, empty_file, one_sentence):
+    with pytest.raises(ValueError) as error:
+        caustics.Bake(stage_of("point", Medium(-1.5)), **{option: value})
+    one_sentence(error.value, option, str(value), "1 or more")
+
+
+# ------------------------------------------------------------------------------------------------ light linking
+
+
+def link(lamp, thing, state):
+    linked = bpy.data.collections.new("Receivers")
+    linked.objects.link(thing)
+    linked.collection_objects[0].light_linking.link_state = state
+    lamp.light_linking.receiver_collection = linked
+    return linked
+
+
+@pytest.mark.parametrize("state", ["INCLUDE", "EXCLUDE"])
+def test_a_floor_that_a_lamp_does_not_light_gets_none_of_its_photons(state, empty_file, render):
+    """Two halves of a floor, of which one is left out; what is baked is lit as what it stands for."""
+    scene = stage_of("point", Medium(1.5))
+    floor = scene.objects["Floor"]
+    floor.scale.x = 0.5
+    floor.location.x = 4.5
+    other = floor.copy()
+    other.name, other.location.x = "Other", -4.5
+    scene.collection.objects.link(other)
+    both = caustics.bake(scene, texels=64, photons=1 << 14)
+    caustics.clear(scene)
+    lamp = scene.objects["Lamp"]
+    linked = link(lamp, floor if state == "INCLUDE" else other, state)
+    if state == "INCLUDE":
+        linked.objects.link(scene.objects["Surface"])
+    assert caustics.bake(scene, texels=64, photons=1 << 14) == {"Floor": pytest.approx(both["Floor"], rel=0.02)}
+    assert both["Other"] > 0.1 * both["Floor"]
+    picture = render(scene)[..., 0]
+    assert picture[:, : SIZE // 2 - 1].max() == 0 and picture[:, SIZE // 2 + 1 :].mean() > 0.01
+    # lit straight, where no surface is above
+    scene.camera.location = (3, 0, 0.5)
+    scene.objects["Surface"].visible_camera = False
+    assert render(scene)[:, -4:].mean() > 0.01
+    caustics.clear(scene)
+    assert len(linked.objects) == (2 if state == "INCLUDE" else 1)
+
+
+def test_an_interface_that_a_lamp_does_not_light_is_refused(empty_file, one_sentence):
+    scene = stage_of("point", Medium(1.5))
+    link(scene.objects["Lamp"], scene.objects["Surface"], "EXCLUDE")
+    with pytest.raises(ValueError) as error, caustics.Bake(scene):
+        pass
+    one_sentence(error.value, "Lamp", "Surface", "Light Linking")
+
+
+# ------------------------------------------------------------------------------------------------ where lamps stand
+
+
+def test_a_lamp_in_an_instance_of_a_collection_is_traced(empty_file):
+    scene = stage_of("point", Medium(1.5))
+    lamp = scene.objects["Lamp"]
+    power = caustics.bake(scene, texels=64, photons=1 << 14)["Floor"]
+    caustics.clear(scene)
+    held = bpy.data.collections.new("Held")
+    lamp.users_collection[0].objects.unlink(lamp)
+    held.objects.link(lamp)
+    lamp.location.z -= 1.0
+    empty = bpy.data.objects.new("Empty", None)
+    empty.instance_type, empty.instance_collection, empty.location = "COLLECTION", held, (0, 0, 1)
+    scene.collection.objects.link(empty)
+    assert caustics.bake(scene, texels=64, photons=1 << 14) == {"Floor": pytest.approx(power, rel=0.02)}
+    (seen,) = [one for one in caustics.baked(scene).objects if one.type == "LIGHT"]
+    scene.view_layers[0].update()
+    assert tuple(seen.matrix_world.translation) == pytest.approx((0.7, -0.5, 1.6))
+    assert not lamp.data.cycles.use_multiple_importance_sampling
+    assert not caustics.out_of_date(scene)
+    empty.location.x += 0.1
+    assert caustics.out_of_date(scene)
+    caustics.clear(scene)
+    assert lamp.data.cycles.use_multiple_importance_sampling
+    empty.hide_render = True
+    with pytest.raises(ValueError, match="no light"):
+        caustics.Bake(scene)
+
+
+def test_a_portal_is_no_lamp(empty_file):
+    scene = stage_of("area", Medium(1.5))
+    scene.objects["Lamp"].data.cycles.is_portal = True
+    with pytest.raises(ValueError, match="no light"):
+        caustics.Bake(scene)
+
+
+def landed_of(size, height):
+    """Power that lands on a floor a `size` below a square that changes nothing, two sizes wide, of a lamp at a height."""
+    stage = Stage("scale", (SIZE, SIZE), "nodes")
+    grey = surfaces.plain("Floor", (0.6, 0.5, 0.4))
+    stage.mesh("Floor", *shapes.rectangle((-9 * size, -9 * size), (9 * size, 9 * size), -size), grey)
+    material = interface_material("Surface", Medium(1.0), backend="nodes")
+    stage.mesh("Surface", *shapes.rectangle((-size, -size), (size, size)), material)
+    with Tracer(stage.scene) as tracer:
+        lamp = lights.Lamp((0.0, 0.0, height), (1.0, 1.0, 1.0))
+        return sum(one.power.sum() for one in tracer.trace(lamp, 256**2, 2)) / 2 / 3
+
+
+def test_a_scene_as_large_as_a_city_is_traced(empty_file):
+    solid = 4 * math.asin(1 / (1 + 1.5**2))  # of a square two wide, from 1.5 above
+    assert landed_of(1e5, 1.5e5) == pytest.approx(solid, rel=0.01)
+
+
+def test_a_lamp_a_hair_above_a_surface_is_traced(empty_file):
+    solid = 4 * math.asin(81 / (81 + 1.0009**2))
+    assert landed_of(1.0, 0.9e-3) == pytest.approx(solid, rel=0.01)

@@ -168,7 +168,8 @@ class Borders:
             return None
         partner, medium = bad.most_common(1)[0][0]
         # one ray may have slipped through between two faces
-        if bad.total() < 2 and len(votes) > 2 and not self._is_within(patch, partner):
+        told = any(same(medium, there) for _, fronts, _ in votes for _, there in fronts)
+        if bad.total() < 2 and len(votes) > 2 and not told and not self._is_within(patch, partner):
             return None
         if not self._can_hold(patch, partner):
             return None

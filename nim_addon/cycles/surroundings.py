@@ -16,7 +16,7 @@ from .solids import Solid, bounds
 from .visibility import asked, has_nodes
 
 FRONT, BACK = "outside", "inside"  # the two sides of a face, by the names of the media there
-POINTS = 9  # on each patch
+POINTS = 12  # on each patch
 LARGEST = 500_000  # faces of a mesh that may stand in a ray's way
 MOST = 2000  # bodies that may
 NEAR = 1e-5  # where rays start, off the face, relative to the size of the mesh
@@ -277,7 +277,9 @@ class Surroundings:
                 reach = NEAR * body.size
                 near = ((self.lows - reach <= place) & (place <= self.highs + reach)).all(axis=1)
                 for other in set(np.flatnonzero(near).tolist()) - {patch.body}:
-                    if self.bodies[other].has(place, normal, reach):
+                    # single precision is less precise on what is large
+                    slack = min(4 * reach, 2e-7 * self.bodies[other].size)
+                    if self.bodies[other].has(place, normal, reach + slack):
                         found[other] += 1
                         sums[other] = sums.get(other, 0) + normal
             self._memory[key] = found, sums, len(starts)

@@ -2,19 +2,23 @@
 """Where the command starts: `nimray ...` and `python -m nim_addon ...`."""
 
 import os
-import signal
 import sys
 
 
-def _end(number, _):
+def _end(number, _=None):
     os.write(2, b"nimray: stopped.\n")
     os._exit(128 + number)
 
 
 def script():
     """Run the command and end the process; where numpy is missing, without which there is nothing to run, say so."""
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, _end)  # until there is more to it
+    try:
+        import signal
+
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, _end)  # until there is more to it
+    except KeyboardInterrupt:  # which is heard first of all, as 2
+        _end(2)
     from . import stopping
     from .base import streams
 

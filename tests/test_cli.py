@@ -212,6 +212,19 @@ sys.meta_path.insert(0, Late())
     assert not list((tmp_path / "tmp").iterdir())
 
 
+def test_ctrl_c_while_python_learns_of_signals_stops_too(tmp_path):
+    (tmp_path / "sitecustomize.py").write_text("""
+import os, sys
+class Early:
+    def find_spec(self, name, path, target=None):
+        if name == "enum":  # of the module signal
+            os.kill(os.getpid(), 2)
+sys.meta_path.insert(0, Early())
+""")
+    done = nimray("scenes", where=tmp_path, instead=tmp_path)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "nimray: stopped.\n")
+
+
 def test_a_signal_after_the_work_is_done_is_none(tmp_path):
     """What Python takes down at its end runs without handlers: Ctrl-C then ended `rays` with -2."""
     (tmp_path / "sitecustomize.py").write_text("""

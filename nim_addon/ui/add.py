@@ -159,7 +159,8 @@ class NIM_OT_add_object(bpy.types.Operator):
         name = next(item[1] for item in SHAPE_ITEMS if item[0] == self.shape)
         try:
             medium = chosen_medium(self.medium, self.n, self.mu)
-            material = interface_material(f"{name} {number(medium.n)}", medium, backend=backend_for(context.scene))
+            # a name of no number: n changes later, and Blender takes what follows a dot for its own
+            material = interface_material(f"{name} Interface", medium, backend=backend_for(context.scene))
         except (ValueError, RuntimeError) as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}

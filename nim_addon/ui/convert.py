@@ -2,10 +2,12 @@
 """Any mesh made a NIM in one click, and taken back."""
 
 import bpy
+import numpy as np
 from bpy.app.translations import pgettext_iface, pgettext_rpt
 
 from ..cycles import checks
-from ..cycles.material import interface_material, interface_nodes
+from ..cycles.material import asked_interfaces, interface_material, interface_nodes, interface_of
+from ..cycles.visibility import materials_of
 from . import material as material_ui
 from . import warnings
 from .material import chosen_medium, index_property, medium_property, number, permeability_property
@@ -93,6 +95,23 @@ def take_back(thing):
             bpy.data.materials.remove(material)
 
 
+def nims_of(thing):
+    """What makes an evaluated mesh object negative-index, in any of the slots that its faces use, as a render shows it.
+
+    Returns a list of pairs (material, physics.Interface); the latter None where nodes decide it.
+    """
+    worn, faces = materials_of(thing), thing.data.polygons
+    slots = np.zeros(len(faces), np.int32)
+    faces.foreach_get("material_index", slots)
+    found = []
+    for slot in np.unique(np.minimum(slots, len(worn) - 1)):
+        for one in asked_interfaces(worn[slot]):
+            interface = interface_of(one.node, one.path)
+            if interface is None or interface.inside.is_nim or interface.outside.is_nim:
+                found.append((worn[slot], interface))
+    return found
+
+
 def _sharing(thing):
     return [other for other in bpy.data.objects if other.data == thing.data and other != thing]
 
@@ -127,6 +146,12 @@ class NIM_OT_convert(bpy.types.Operator):
     outside: medium_property("air", "Outside", "The medium on the side the normals point to")
     n_outside: index_property(1.0)
     mu_outside: permeability_property()
+    replace: bpy.props.BoolProperty(
+        name="Replace",
+        description="Make those anew too that are negative-index already",
+        default=False,
+        options={"SKIP_SAVE"},
+    )
 
     @classmethod
     def poll(cls, context):
@@ -134,17 +159,22 @@ class NIM_OT_convert(bpy.types.Operator):
         return _poll(cls, context)
 
     def execute(self, context):
-        """Convert those that can be, and name those that cannot."""
+        """Convert those that can be, and name those that cannot and those that are negative-index already."""
         refused, free = _sorted(_meshes(context))
+        depsgraph = context.evaluated_depsgraph_get()
+        already = {} if self.replace else {thing: nims_of(thing.evaluated_get(depsgraph)) for thing in free}
+        free = [thing for thing in free if not already.get(thing)]
+        kept = [_refusals(refused)] if refused else []
+        kept += [_already(thing, nims) for thing, nims in already.items() if nims]
         if not free:
-            self.report({"ERROR"}, _refusals(refused))
+            self.report({"ERROR"} if refused else {"WARNING"}, ". ".join(kept))
             return {"CANCELLED"}
         try:
             inside = chosen_medium(self.inside, self.n_inside, self.mu_inside)
             outside = chosen_medium(self.outside, self.n_outside, self.mu_outside)
-            name = f"NIM {number(inside.n)}" if inside.is_nim else f"Index {number(inside.n)}"
             backend = material_ui.backend_for(context.scene)
-            material = interface_material(name, inside, outside, backend=backend)
+            # a name of no number: n changes later, and Blender takes what follows a dot for its own
+            material = interface_material(f"{free[0].name} Interface", inside, outside, backend=backend)
         except (ValueError, RuntimeError) as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
@@ -152,8 +182,8 @@ class NIM_OT_convert(bpy.types.Operator):
             convert(thing, material)
         text = pgettext_rpt("{count} made negative-index" if inside.is_nim else "{count} made of index {n}")
         said = text.format(count=len(free), n=number(inside.n))
-        if refused:
-            self.report({"WARNING"}, f"{said}. {_refusals(refused)}")
+        if kept:
+            self.report({"WARNING"}, ". ".join([said, *kept]))
         elif wrong := len(checks.problems(context.scene, warnings.LARGEST)):
             text = pgettext_rpt("{said}. To be mended before it renders right: {wrong}, see Checks")
             self.report({"INFO"}, text.format(said=said, wrong=wrong))
@@ -170,6 +200,7 @@ class NIM_OT_convert(bpy.types.Operator):
             if getattr(self, side) == material_ui.CUSTOM:
                 column.prop(self, f"n_{side}")
                 column.prop(self, f"mu_{side}")
+        self.layout.prop(self, "replace")
 
 
 class NIM_OT_revert(bpy.types.Operator):
@@ -209,6 +240,17 @@ def _sorted(things):
 
 def _refusals(things):
     return ". ".join(pgettext_rpt(obstacle(thing)).format(name=thing.name) for thing in things)
+
+
+def _already(thing, nims):
+    """That an object is what it should become."""
+    material, interface = nims[0]
+    if interface is None:
+        text = pgettext_rpt("{name} has an interface already, {material}: it stays as it is")
+        return text.format(name=thing.name, material=material.name)
+    n = interface.inside.n if interface.inside.is_nim else interface.outside.n
+    text = pgettext_rpt("{name} is negative-index already, n = {n}: it stays as it is; change n in the panel")
+    return text.format(name=thing.name, n=number(n))
 
 
 class NIM_PT_convert(bpy.types.Panel):

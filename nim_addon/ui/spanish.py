@@ -168,6 +168,13 @@ TEXTS = {
     "{said}. To be mended before it renders right: {wrong}, see Checks": (
         "{said}. Por corregir antes de que se procese bien: {wrong}, ver Comprobaciones"
     ),
+    "{name} is negative-index already, n = {n}: it stays as it is; change n in the panel": (
+        "{name} ya es de índice negativo, n = {n}: se queda como está; n se cambia en el panel"
+    ),
+    "{name} has an interface already, {material}: it stays as it is": (
+        "{name} ya tiene una interfaz, {material}: se queda como está"
+    ),
+    "Make those anew too that are negative-index already": "Hacer de nuevo también los que ya son de índice negativo",
     "None of the selected meshes was made negative-index by Make Negative-Index": (
         "Ninguna de las mallas seleccionadas se hizo de índice negativo con Hacer de índice negativo"
     ),

@@ -4,7 +4,7 @@
 import bpy
 import pytest
 
-from nim_addon.cycles.material import interface_nodes, interface_of
+from nim_addon.cycles.material import interface_material, interface_nodes, interface_of
 from nim_addon.physics import Medium
 
 
@@ -90,11 +90,102 @@ def test_several_that_share_a_mesh_without_slots(addon, press):
 def test_again_with_another_medium_keeps_what_was_first(cube, press):
     before = state("Cube")
     press("nim.convert")
-    press("nim.convert", inside="custom", n_inside=-2.0, mu_inside=3.0, outside="water")
+    press("nim.convert", inside="custom", n_inside=-2.0, mu_inside=3.0, outside="water", replace=True)
     interface = interface_of(interface_nodes(cube.active_material)[0])
     assert interface.inside == Medium(-2.0, -3.0) and interface.outside.n == pytest.approx(1.33)
     press("nim.revert")
     assert state("Cube") == before
+
+
+@pytest.fixture
+def said(monkeypatch, addon):
+    """What nim.convert reports, as pairs (kind, text)."""
+    from nim_addon.ui.convert import NIM_OT_convert
+
+    texts = []
+    whole = NIM_OT_convert.execute
+
+    class Told:
+        def __init__(self, operator):
+            self.operator = operator
+
+        def __getattr__(self, name):
+            return getattr(self.operator, name)
+
+        def report(self, kind, text):
+            texts.append((*kind, text))
+
+    monkeypatch.setattr(NIM_OT_convert, "execute", lambda self, context: whole(Told(self), context))
+    return texts
+
+
+def wear(thing, material, slot=0, link="DATA"):
+    thing.material_slots[slot].link = link
+    thing.material_slots[slot].material = material
+
+
+@pytest.mark.parametrize("link", ["DATA", "OBJECT"])
+def test_what_is_one_already_stays_as_it_is_and_that_is_said(cube, press, said, link):
+    mine = interface_material("Mine", Medium(-2.2), backend="nodes")
+    wear(cube, mine, 0, link)  # the second slot is that of one face
+    before, materials = state("Cube"), len(bpy.data.materials)
+    assert press("nim.convert") == {"CANCELLED"}
+    assert state("Cube") == before and len(bpy.data.materials) == materials and not len(cube.nim.former)
+    assert said == [
+        ("WARNING", "Cube is negative-index already, n = -2.2: it stays as it is; change n in the panel"),
+    ]
+    interface_nodes(mine)[0].inputs["Index Inside"].default_value = 0  # no index at all: it may be worked at
+    assert press("nim.convert") == {"CANCELLED"}
+    assert said[1][1] == "Cube has an interface already, Mine: it stays as it is"
+    assert press("nim.convert", replace=True) == {"FINISHED"}
+    assert is_nim(cube) and cube.active_material != mine
+    press("nim.revert")
+    assert state("Cube") == before, "and is not lost"
+
+
+def test_others_are_made_one_beside_it(cube, press, said):
+    ball = bpy.data.objects.new("Ball", bpy.data.meshes.new("Ball"))
+    ball.data.from_pydata([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [], [(0, 1, 2)])
+    mine = interface_material("Mine", Medium(1.33), Medium(-2.2), backend="nodes")  # water in a NIM
+    ball.data.materials.append(mine)
+    bpy.context.collection.objects.link(ball)
+    select(cube, ball)
+    assert press("nim.convert") == {"FINISHED"}
+    assert is_nim(cube) and ball.active_material == mine and not len(ball.nim.former)
+    assert said == [
+        (
+            "WARNING",
+            "1 made negative-index. Ball is negative-index already, n = -2.2: it stays as it is; change n in the panel",
+        )
+    ]
+
+
+@pytest.mark.parametrize("way", ["glass", "a slot without faces"])
+def test_what_is_none_yet_becomes_one(cube, press, way):
+    mine = interface_material("Mine", Medium(1.5 if way == "glass" else -2.2), backend="nodes")
+    wear(cube, mine, 1)
+    if way != "glass":
+        cube.data.polygons[2].material_index = 0
+    assert press("nim.convert") == {"FINISHED"}
+    assert {interface_of(interface_nodes(slot.material)[0]).inside.n for slot in cube.material_slots} == {-1.5}
+
+
+def test_the_redo_panel_makes_another_of_what_was_none(cube, press):
+    """As Blender redoes an operator: what it did is undone, and it runs again with other values."""
+    bpy.ops.ed.undo_push(message="before")
+    press("nim.convert")
+    bpy.ops.ed.undo()
+    assert press("nim.convert", inside="nim-4.1") == {"FINISHED"}
+    cube = bpy.data.objects["Cube"]
+    assert interface_of(interface_nodes(cube.active_material)[0]).inside.n == pytest.approx(-4.1)
+
+
+def test_names_tell_no_index(cube, press):
+    press("nim.convert")
+    assert cube.active_material.name == "Cube Interface"
+    for name in ("Sphere Interface", "Sphere Interface.001"):
+        press("nim.add_object")
+        assert bpy.context.object.active_material.name == name
 
 
 def test_an_index_of_zero_changes_nothing(cube, press):

@@ -434,6 +434,7 @@ def _render_frames(arguments, kind, moments, name):
 def _compare(arguments):
     _bpy()
     kind = _scene_type(arguments.scene)
+    from .base.files import check_targets
     from .cycles.montage import montage
     from .scenes.parameters import file_name
 
@@ -447,6 +448,8 @@ def _compare(arguments):
     names = [_own_name(file_name(stem, assignments)) for assignments, _ in variants]
     if len({parameters for _, parameters in variants}) < len(variants) or len(set(names)) < len(names):
         raise UsageError("--vary names the same value twice; each image needs one of its own.")
+    joined = arguments.name or f"{stem}_compare"
+    check_targets(Path(os.path.expanduser(arguments.out), f"{joined}{suffix}") for suffix in (".exr", ".png"))
     with _Output(arguments, len(variants)) as output:
         images = []
         for (_, parameters), name in zip(variants, names, strict=True):
@@ -456,8 +459,7 @@ def _compare(arguments):
         common = {key: value for key, value in made.items() if key != "parameters"}
         compared = {"compares": [" ".join(assignments) for assignments, _ in variants], "images": names}
         settings = {"set": arguments.assignments} if arguments.assignments else {}
-        files = montage(arguments.out, arguments.name or f"{stem}_compare", images, {**common, **settings, **compared})
-        output.end(files, made)
+        output.end(montage(arguments.out, joined, images, {**common, **settings, **compared}), made)
 
 
 def _varied(kind, words):

@@ -377,6 +377,13 @@ def test_a_number_below_0_is_no_option(number, capsys, tmp_path):
     assert "n=-1.5" in file.read_text()
 
 
+def test_a_folder_where_the_comparison_would_be_is_seen_before_the_work(capsys, tmp_path):
+    (tmp_path / "c.png").mkdir()
+    assert cli.main(["compare", "sphere", "--name", "c", "--out", str(tmp_path), *SMALL]) == 1
+    assert "c.png is a folder" in capsys.readouterr().err
+    assert [file.name for file in tmp_path.iterdir()] == ["c.png"]
+
+
 def test_commas_part_the_values_that_are_compared_but_for_the_one_before_mu():
     varied = [
         cli._varied(scene_type(name), words)

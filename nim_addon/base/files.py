@@ -77,7 +77,7 @@ def files_to(folder, name, suffixes=()):
     """
     check_name(name)
     folder = writable_folder(folder)
-    _check_targets([folder / f"{name}{suffix}" for suffix in suffixes])
+    check_targets([folder / f"{name}{suffix}" for suffix in suffixes])
 
     def finish(*files, own=False):
         return _rename(files, [folder / (file.name if own else f"{name}{file.suffix}") for file in files], part)
@@ -145,7 +145,8 @@ def _cannot_write(folder, error):
 # ------------------------------------------------------------------------------------------------ names
 
 
-def _check_targets(targets):
+def check_targets(targets):
+    """Raise OSError, one sentence, where one of these Paths, which files will have, is a folder."""
     for target in targets:
         if os.path.isdir(target) and not os.path.islink(target):
             other = f"name a file in it, such as {target / 'picture'}{target.suffix}"
@@ -154,7 +155,7 @@ def _check_targets(targets):
 
 def _rename(files, targets, part):
     """Give the files the names `targets`, or, where one cannot have it, none of them; what was there is kept in `part`."""
-    _check_targets(targets)
+    check_targets(targets)
     for file in files:
         _to_disk(file)
     done = []

@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 
 from .. import __version__ as VERSION
-from ..base.files import files_to, sweep, writable_folder
+from ..base.files import check_targets, files_to, sweep, writable_folder
 from ..cycles import caustics, montage, render, script_node
 from ..cycles.material import resolve
 from ..scenes import scene_type
@@ -39,6 +39,7 @@ def make(figure, folder, quality="draft", *, backend="auto", showing=None):
     """
     folder = writable_folder(folder)
     index.check(folder)
+    check_targets([folder / f"figure-{figure.number}{suffix}" for suffix in (".json", ".png")])
     check_records(folder, figure)
     if quality == "draft":
         check_draft(folder, figure)

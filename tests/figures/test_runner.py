@@ -316,6 +316,15 @@ def test_what_is_refused(tmp_path, only_this, capsys):
     assert "--out is empty; name" in capsys.readouterr().err
 
 
+def test_a_folder_where_the_picture_or_the_record_would_be_is_seen_before_the_work(tmp_path, only_this, capsys):
+    for suffix in (".png", ".json"):
+        (tmp_path / f"figure-9.9{suffix}").mkdir()
+        assert cli.main(["figures", "9.9", "--out", str(tmp_path)]) == 1
+        assert f"figure-9.9{suffix} is a folder" in capsys.readouterr().err
+        assert [file.name for file in tmp_path.iterdir()] == [f"figure-9.9{suffix}"]
+        (tmp_path / f"figure-9.9{suffix}").rmdir()
+
+
 def test_the_registry():
     numbers = list(registry.FIGURES)
     assert numbers == sorted(numbers, key=in_order) and in_order("5.10") > in_order("5.9")

@@ -46,7 +46,7 @@ def lamps(sight: Sight) -> list[Problem]:
 
 
 def objects(sight: Sight) -> list[Problem]:
-    """The Problems of rays that objects with an interface are invisible to, and of Shadow Caustics on them."""
+    """The Problems of settings of objects that wear an interface: what they are invisible to, and tricks of shading."""
     found = []
     for one, materials in sight.wearers().items():
         names = tuple(sorted(material.name for material in materials))
@@ -54,6 +54,10 @@ def objects(sight: Sight) -> list[Problem]:
             for ray, text in RAYS.items():
                 if not getattr(thing, ray):
                     found.append(about(thing, "ray_visibility", text, "Make it visible", names, owner=thing))
+        if getattr(*_shading_offset(one.original)) > 0:
+            text = "The shading offset of the shadow terminator darkens {name}, as if its interface took light away."
+            owner = one.original
+            found.append(about(owner, "shading_offset", text, "Set it to 0", names, owner=owner))
         if one.original.cycles.is_caustics_caster and _has_shadow_caustics(sight):
             text = "Shadow Caustics do not know light that bends backwards: the light that {name} casts is missing."
             owner = one.original
@@ -126,6 +130,12 @@ def _sizeless(light):
     return light.shadow_soft_size == 0
 
 
+def _shading_offset(thing):
+    """Where that setting of an object is, and its name; after 4.2 it is Blender's own."""
+    name = "shadow_terminator_shading_offset"
+    return (thing, name) if hasattr(thing, name) else (thing.cycles, "shadow_terminator_offset")
+
+
 def _names(sight):
     return list(dict.fromkeys(one.original.name for one in sight.wearers()))
 
@@ -192,6 +202,11 @@ def _show(scene, problem):
             setattr(thing, ray, True)
 
 
+def _shade_without_offset(scene, problem):
+    for thing in own_things(problem):
+        setattr(*_shading_offset(thing), 0.0)
+
+
 def _cast_no_caustics(scene, problem):
     for thing in own_things(problem):
         thing.cycles.is_caustics_caster = False
@@ -216,6 +231,7 @@ MENDS = {
     "light_by_chance": _find_by_chance,
     "light_shadow": _cast_shadows,
     "ray_visibility": _show,
+    "shading_offset": _shade_without_offset,
     "shadow_caustics": _cast_no_caustics,
     "world_visibility": _show_world,
     "layer_material": _override_nothing,

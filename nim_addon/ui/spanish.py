@@ -383,6 +383,10 @@ TEXTS = {
         "{name} es invisible para los rayos de transmisión: falta detrás de vidrio o agua."
     ),
     "Make it visible": "Hacerlo visible",
+    "The shading offset of the shadow terminator darkens {name}, as if its interface took light away.": (
+        "El desplazamiento de sombreado del terminador oscurece {name}, como si su interfaz quitara luz."
+    ),
+    "Set it to 0": "Ponerlo a 0",
     "Shadow Caustics do not know light that bends backwards: the light that {name} casts is missing.": (
         "Las cáusticas de sombra no conocen la luz que se desvía hacia atrás: falta la luz que proyecta {name}."
     ),

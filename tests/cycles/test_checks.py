@@ -139,6 +139,13 @@ def shadow_trick(scene):
     tree.links.new(mix.outputs[0], output.inputs["Surface"])
 
 
+def offset(scene):
+    if hasattr(slab(), "shadow_terminator_shading_offset"):
+        slab().shadow_terminator_shading_offset = 1.0
+    else:  # until 4.2
+        slab().cycles.shadow_terminator_offset = 1.0
+
+
 def overridden(scene):
     scene.view_layers[0].material_override = bpy.data.materials["Matt"]
 
@@ -231,6 +238,7 @@ def not_for_transmission(scene):
         ("layer_samples", few_samples_of_layer),
         ("caustics", caustics_off),
         ("bounces", glossy_bounces_few),
+        ("shading_offset", offset),
         ("ray_visibility", not_for_glossy),
         ("ray_visibility", not_for_transmission),
         ("tint", dark_tint),

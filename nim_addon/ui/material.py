@@ -9,7 +9,9 @@ import numpy as np
 from bpy.app.translations import pgettext_iface, pgettext_rpt
 
 from ..cycles.material import backend_of, interface_nodes, interface_of, osl_available, resolve, switch_backend
+from ..cycles.visibility import value_of
 from ..physics import MEDIA, Interface, Medium
+from ..physics.media import LEAST, MOST
 from . import curve, preferences, warnings
 from .translations import OWN
 
@@ -86,6 +88,31 @@ def _values(node, side):
     return n, math.copysign(mu, n)
 
 
+NO_INDEX = "n = 0 refracts nothing: give a positive index, or a negative one for a NIM."
+NO_PERMEABILITY = "mu = 0 has no impedance: give a positive or a negative permeability."
+
+
+def _complaints(node, side):
+    """What is wrong with n and mu of a side, in a sentence each: what a script, a Value node or a keyframe may put there."""
+    found = []
+    for socket, name, none in zip(_sockets(node, side), ("n", "mu"), (NO_INDEX, NO_PERMEABILITY), strict=True):
+        value = value_of(socket)
+        if value is None or LEAST <= abs(value) <= MOST:  # which what is no number is not
+            continue
+        if value == 0:
+            found.append(pgettext_iface(none))
+        elif math.isnan(value):
+            found.append(
+                pgettext_iface("{name} is no number: give one, such as {example}.").format(name=name, example=-1)
+            )
+        else:
+            text = pgettext_iface(
+                "{name} = {value} is out of range: without its sign it lies between {low} and {high}."
+            )
+            found.append(text.format(name=name, value=number(value), low=number(LEAST), high=number(MOST)))
+    return found
+
+
 # What the panel says about the last value typed in, as long as the values are those it left behind.
 _notes = {}
 
@@ -103,12 +130,14 @@ def _set_values(material, side, n, mu):
         return
     before = _values(node, side)
     text, filled = "", {}
-    # a script may write what a slider does not let through
-    n, mu = max(-MOST_N, min(n, MOST_N)), max(-MOST_MU, min(mu, MOST_MU))
-    if n == 0:
-        n, text = before[0], "n = 0 refracts nothing: give a positive index, or a negative one for a NIM."
-    if mu == 0:
-        mu, text = before[1], "mu = 0 has no impedance: give a positive or a negative permeability."
+    # a script may write what a slider does not let through; what is no number is kept, and complained of, if it was there
+    n, mu = (
+        given if math.isnan(given) else max(-most, min(given, most)) for given, most in ((n, MOST_N), (mu, MOST_MU))
+    )
+    if n == 0 or math.isnan(n):
+        n, text = before[0], NO_INDEX
+    if mu == 0 or math.isnan(mu):
+        mu, text = before[1], text or NO_PERMEABILITY
     if not text and math.copysign(mu, n) != mu:
         text, filled = "mu set to {mu} to go with n = {n}.", {"mu": number(-mu), "n": number(n)}
     for socket, value in zip(_sockets(node, side), (n, math.copysign(mu, n)), strict=True):
@@ -329,9 +358,10 @@ def _interface(values):
 
 def interface_shown(node):
     """The physics.Interface of a node, its numbers as a person typed them; None where interface_of() is None."""
-    if interface_of(node) is None:
+    interface = interface_of(node)
+    if interface is None:
         return None
-    return _interface(tuple(_values(node, side) for side in SIDES))
+    return _interface(tuple((_plain(one.n), _plain(one.mu)) for one in (interface.inside, interface.outside)))
 
 
 def _animated(material, socket):
@@ -376,9 +406,9 @@ def draw_media(layout, context, material, sides=SIDES):
                 row.prop(material.nim, f"{name}_{side}", text=name, translate=False)
         if note := _note(material, side):
             warnings.draw_sentence(column, context, note, icon="INFO")
-        elif not socket.is_linked and 0 in _values(node, side):
-            text = pgettext_iface("n = 0 refracts nothing: give a positive index, or a negative one for a NIM.")
-            warnings.draw_sentence(column, context, text, icon="ERROR")
+        else:
+            for text in _complaints(node, side):
+                warnings.draw_sentence(column, context, text, icon="ERROR")
 
 
 def draw_summary(layout, context, material):
@@ -392,7 +422,10 @@ def draw_summary(layout, context, material):
 
 def draw_readings(layout, context, material):
     """Draw what the media of a material's interface node mean: numbers and the curve."""
-    interface = interface_shown(active_node(material))
+    node = active_node(material)
+    interface = interface_shown(node)
+    if interface is None and any(_complaints(node, side) for side in SIDES):
+        return  # which draw_media() says
     if interface is None:
         text = pgettext_iface("The node tree decides n or mu, point by point: there is no one curve to show.")
         warnings.draw_sentence(layout, context, text, icon="INFO")

@@ -204,6 +204,10 @@ TEXTS = {
     "mu = 0 has no impedance: give a positive or a negative permeability.": (
         "mu = 0 no tiene impedancia: hay que dar una permeabilidad positiva o negativa."
     ),
+    "{name} is no number: give one, such as {example}.": "{name} no es un número: hay que dar uno, como {example}.",
+    "{name} = {value} is out of range: without its sign it lies between {low} and {high}.": (
+        "{name} = {value} está fuera de rango: sin su signo va de {low} a {high}."
+    ),
     "mu set to {mu} to go with n = {n}.": "mu pasa a ser {mu} para concordar con n = {n}.",
     "from the node tree": "del árbol de nodos",
     "Light bends backwards here: n has another sign on the other side.": (

@@ -133,14 +133,64 @@ def test_zero_is_refused_in_a_sentence(material, draw):
     assert "n = 0 refracts nothing" in draw(material, 900).text, "typed into the node itself"
 
 
+SAID = {
+    ("Index", 0.0): "n = 0 refracts nothing: give a positive index, or a negative one for a NIM.",
+    ("Permeability", 0.0): "mu = 0 has no impedance: give a positive or a negative permeability.",
+    ("Index", math.nan): "n is no number: give one, such as -1.",
+    ("Permeability", math.nan): "mu is no number: give one, such as -1.",
+    ("Index", 2e6): "n = 2e+06 is out of range: without its sign it lies between 1e-06 and 1e+06.",
+    ("Permeability", 2e6): "mu = 2e+06 is out of range: without its sign it lies between 1e-06 and 1e+06.",
+    ("Index", -1e-8): "n = -1e-08 is out of range: without its sign it lies between 1e-06 and 1e+06.",
+}
+
+
+@pytest.mark.parametrize("way", ["in the socket", "by a Value node"])
+@pytest.mark.parametrize("side", ["Inside", "Outside"])
+@pytest.mark.parametrize("kind, value", SAID)
+def test_each_value_that_is_no_mediums_has_its_own_sentence(material, draw, kind, value, side, way):
+    (node,) = interface_nodes(material)
+    socket = node.inputs[f"{kind} {side}"]
+    if way == "in the socket":
+        socket.default_value = value
+    else:
+        source = material.node_tree.nodes.new("ShaderNodeValue").outputs[0]
+        source.default_value = value
+        material.node_tree.links.new(source, socket)
+    # what checks find is drawn below
+    said = [text for text in draw(material, 5000).text.splitlines() if text in SAID.values()]
+    assert said == [SAID[kind, value]]
+    assert "point by point" not in draw(material, 5000).text
+
+
+def test_what_is_no_number_is_not_taken_for_one(material, draw):
+    material.nim.n_inside = math.nan
+    assert sockets(material)[:2] == (-1.5, -1)
+    interface_nodes(material)[0].inputs["Permeability Inside"].default_value = math.nan
+    material.nim.n_inside = -2
+    assert sockets(material)[0] == -2 and math.isnan(sockets(material)[1])
+    assert "mu is no number" in draw(material, 5000).text
+    material.nim.mu_inside = -3
+    assert sockets(material)[:2] == (-2, -3)
+
+
+def test_a_value_node_is_read(material, draw):
+    """The readings are of the values that are rendered, not of those that the links hide."""
+    (node,) = interface_nodes(material)
+    source = material.node_tree.nodes.new("ShaderNodeValue").outputs[0]
+    source.default_value = 1.5
+    material.node_tree.links.new(source, node.inputs["Index Inside"])
+    text = draw(material, 5000).text
+    assert "Light bends the usual way" in text and "41.8° from inside" in text
+
+
 def test_linked_and_animated_sockets_are_drawn_as_such(material, draw):
     (node,) = interface_nodes(material)
     assert ("prop", "n_inside") in draw(material).drawn
     node.inputs["Index Inside"].keyframe_insert("default_value")
     drawn = draw(material).drawn
     assert ("prop", "n_inside") not in drawn and ("prop", "default_value") in drawn
-    value = material.node_tree.nodes.new("ShaderNodeValue")
-    material.node_tree.links.new(value.outputs[0], node.inputs["Index Outside"])
+    noise = material.node_tree.nodes.new("ShaderNodeTexNoise")
+    material.node_tree.links.new(noise.outputs[0], node.inputs["Index Outside"])
     layout = draw(material, 900)
     assert "n: from the node tree" in layout.text and "The node tree decides n or mu" in layout.text
 

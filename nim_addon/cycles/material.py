@@ -324,11 +324,17 @@ def interface_of(node: bpy.types.Node, path: tuple = ()) -> Interface | None:
     """
     media = []
     for side in ("Inside", "Outside"):
-        n, mu = (value_of(node.inputs[f"{kind} {side}"], path) for kind in ("Index", "Permeability"))
+        n, mu = (number_of(node.inputs[f"{kind} {side}"], path) for kind in ("Index", "Permeability"))
         if n is None or mu is None or not all(LEAST <= abs(value) <= MOST for value in (n, mu)):
             return None
         media.append(Medium(n, math.copysign(mu, n)))
     return Interface(*media)
+
+
+def number_of(socket: bpy.types.NodeSocket, path: tuple = ()) -> float | None:
+    """The number that an input is given where no node but a Value decides it; None where one does, a colour too."""
+    value = value_of(socket, path)
+    return None if isinstance(value, tuple) else value
 
 
 def switch_backend(material, backend):

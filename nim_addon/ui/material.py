@@ -8,8 +8,15 @@ import bpy
 import numpy as np
 from bpy.app.translations import pgettext_iface, pgettext_rpt
 
-from ..cycles.material import backend_of, interface_nodes, interface_of, osl_available, resolve, switch_backend
-from ..cycles.visibility import value_of
+from ..cycles.material import (
+    backend_of,
+    interface_nodes,
+    interface_of,
+    number_of,
+    osl_available,
+    resolve,
+    switch_backend,
+)
 from ..physics import MEDIA, Interface, Medium
 from ..physics.media import LEAST, MOST
 from . import curve, preferences, warnings
@@ -96,7 +103,7 @@ def _complaints(node, side):
     """What is wrong with n and mu of a side, in a sentence each: what a script, a Value node or a keyframe may put there."""
     found = []
     for socket, name, none in zip(_sockets(node, side), ("n", "mu"), (NO_INDEX, NO_PERMEABILITY), strict=True):
-        value = value_of(socket)
+        value = number_of(socket)
         if value is None or LEAST <= abs(value) <= MOST:  # which what is no number is not
             continue
         if value == 0:

@@ -183,6 +183,13 @@ def test_a_value_node_is_read(material, draw):
     assert "Light bends the usual way" in text and "41.8° from inside" in text
 
 
+def test_a_colour_that_decides_a_number_is_left_to_the_node_tree(material, draw):
+    (node,) = interface_nodes(material)
+    color = material.node_tree.nodes.new("ShaderNodeRGB").outputs[0]
+    material.node_tree.links.new(color, node.inputs["Index Inside"])
+    assert interface_of(node) is None and "The node tree decides n or mu" in draw(material, 5000).text
+
+
 def test_linked_and_animated_sockets_are_drawn_as_such(material, draw):
     (node,) = interface_nodes(material)
     assert ("prop", "n_inside") in draw(material).drawn

@@ -5,19 +5,17 @@ import argparse
 import contextlib
 import csv
 import dataclasses
-import json
 import math
 import os
 import re
 import signal
 import sys
-import threading
-import time
 from pathlib import Path
 
 from . import __version__ as VERSION
 from . import libraries, stopping
 from .base import records, streams
+from .base.progress import Bar, Output
 from .base.words import fit, printable
 from .physics import MEDIA, Interface, Medium
 from .physics.media import to_number
@@ -402,7 +400,7 @@ def _render(arguments):
         name = arguments.name or _own_name(file_name(kind.name, arguments.assignments))
         return _render_frames(arguments, kind, _moments(arguments, kind, parameters), name)
     default = f"{fit(Path(arguments.again).stem)}_again" if record else file_name(kind.name, arguments.assignments)
-    with _Output(arguments, 1) as output:
+    with Output(arguments, 1) as output:
         files, made = _make(arguments, kind, parameters, record, arguments.name or _own_name(default), output)
         output.end(files, made)
 
@@ -423,7 +421,7 @@ def _moments(arguments, kind, parameters):
 
 
 def _render_frames(arguments, kind, moments, name):
-    with _Output(arguments, len(moments)) as output:
+    with Output(arguments, len(moments)) as output:
         for frame, parameters in moments.items():
             output.frame = frame
             files, made = _make(arguments, kind, parameters, {}, f"{name}_{frame:04}", output)
@@ -450,7 +448,7 @@ def _compare(arguments):
         raise UsageError("--vary names the same value twice; each image needs one of its own.")
     joined = arguments.name or f"{stem}_compare"
     check_targets(Path(os.path.expanduser(arguments.out), f"{joined}{suffix}") for suffix in (".exr", ".png"))
-    with _Output(arguments, len(variants)) as output:
+    with Output(arguments, len(variants)) as output:
         images = []
         for (_, parameters), name in zip(variants, names, strict=True):
             files, made = _make(arguments, kind, parameters, {}, name, output)
@@ -618,142 +616,6 @@ RECORDED = {
 }
 
 
-class _Output:
-    """What a render of one or more images tells: nothing, files and a line for a person, or JSON (--progress)."""
-
-    def __init__(self, arguments, images):
-        self.quiet, self.progress, self.images = arguments.quiet, arguments.progress, images
-        self.files = []
-        self.frame = None  # the number of the image that is being made, in a sequence
-        self.started = time.monotonic()
-
-    def __enter__(self):
-        # a copy: while Blender renders, standard output is kept clear of what it says
-        self.stream = streams.opened(os.dup(1)) if self.progress else None
-        return self
-
-    def __exit__(self, *_):
-        if self.stream:
-            self.stream.close()
-
-    @contextlib.contextmanager
-    def showing(self, name, samples):
-        """While one image renders: yields what render() calls as its progress, or None."""
-        if self.progress:
-            yield self._reporter(samples)
-        elif self.quiet or not sys.stderr.isatty():
-            yield None
-        else:
-            order = f" ({len(self.files) // 2 + 1} of {self.images})" if self.images > 1 else ""
-            bar = _Bar(name + order)
-            try:
-                yield bar
-            finally:
-                bar.end()
-
-    @contextlib.contextmanager
-    def tracing(self, made):
-        """While the photons of one image are traced: yields what bake() calls as its progress, or None."""
-        if self.progress:
-            which = {"frame": self.frame, "frames": self.images} if self.frame else {}
-            done, total = len(self.files) // 2 * made["samples"], self.images * made["samples"]
-
-            def report(passes, of):
-                photons = made["photons"] * passes // of
-                self._print({"done": done, "total": total, "left": None, "photons": photons, **which})
-
-            yield report
-        elif self.quiet or not sys.stderr.isatty():
-            yield None
-        else:
-            bar, million, started = _Bar("photons", "million"), made["photons"] / 1e6, time.monotonic()
-
-            def show(passes, of):
-                left = (time.monotonic() - started) / passes * (of - passes) if passes else None
-                bar(round(million * passes / of), max(round(million), 1), left)
-
-            try:
-                yield show
-            finally:
-                bar.end()
-
-    def _reporter(self, samples):
-        finished, started = len(self.files) // 2, time.monotonic()
-        which = {"frame": self.frame, "frames": self.images} if self.frame else {}
-
-        def report(done, _, left):
-            if left is not None:  # the images to come take as long as this one
-                left += (time.monotonic() - started + left) * (self.images - finished - 1)
-            self._print({"done": finished * samples + done, "total": self.images * samples, "left": left, **which})
-
-        report(0, samples, None)
-        return report
-
-    def written(self, files):
-        """These files are there."""
-        self.files += map(str, files)
-        if not (self.quiet or self.progress):
-            for file in files:
-                print(file, flush=True)
-
-    def end(self, files, made):
-        """These files are the last, of renders with that record."""
-        self.written(files)
-        if self.progress:
-            self._print({"files": self.files})
-        elif not self.quiet and sys.stdout.isatty():
-            width, height = made["size"]
-            seconds = time.monotonic() - self.started
-            print(f"{width} x {height}, {made['samples']} samples, {seconds:.1f} s")
-
-    def _print(self, message):
-        print(json.dumps(message), file=self.stream, flush=True)
-
-
-class _Bar:
-    """A line on the terminal that tells how far a render is; between Cycles' reports, rare ones, it goes by the clock."""
-
-    WIDTH = 28
-
-    def __init__(self, name, unit="samples"):
-        self.name, self.unit = name, unit
-        self.report = None
-        self.over = threading.Event()
-        self.ticker = threading.Thread(target=self._tick, daemon=True)
-        self.ticker.start()
-
-    def __call__(self, done, total, left):
-        self.report = done, total, left, time.monotonic()
-
-    def _tick(self):
-        while not self.over.wait(0.25):
-            if self.report:
-                done, total, left, when = self.report
-                if left:
-                    passed = min((time.monotonic() - when) / left, 1.0)
-                    done, left = done + int((total - done) * passed), left * (1 - passed)
-                self._draw(done, total, left)
-
-    def _draw(self, done, total, left):
-        full = self.WIDTH * done // total
-        bar = "#" * full + "." * (self.WIDTH - full)
-        wait = "" if left is None else f", {duration(left)} left"
-        line = f"{self.name} [{bar}] {done}/{total} {self.unit}{wait}"
-        print(f"\r{line:<{len(self.name) + self.WIDTH + 46}}", end="", file=sys.stderr, flush=True)
-
-    def end(self):
-        """Clear the line."""
-        self.over.set()
-        self.ticker.join()
-        print("\r" + " " * (len(self.name) + self.WIDTH + 46) + "\r", end="", file=sys.stderr, flush=True)
-
-
-def duration(seconds):
-    """Seconds as a person reads them: 1:30, or 3 h 44 min."""
-    minutes, seconds = divmod(round(seconds), 60)
-    return f"{minutes // 60} h {minutes % 60} min" if minutes >= 60 else f"{minutes}:{seconds:02}"
-
-
 def _describe(field):
     data = field.metadata
     if data["kind"] in ("number", "integer"):
@@ -862,7 +724,7 @@ def _showing(arguments):
         if arguments.quiet or arguments.json or not sys.stderr.isatty():
             yield None
         else:
-            bar = _Bar(name)
+            bar = Bar(name)
             try:
                 yield bar
             finally:

@@ -9,7 +9,7 @@ from bpy.app.handlers import persistent
 from bpy.app.translations import pgettext_iface, pgettext_rpt
 from bpy.props import EnumProperty, IntProperty, PointerProperty
 
-from .. import cli
+from ..base.progress import duration
 from ..cycles import caustics, lights
 from ..cycles.digest import digest, forget_changed
 from . import later, scenes
@@ -89,7 +89,7 @@ class Run:
         if self.bake.done < LEAST:
             return pgettext_iface("Starting")
         left = (time.monotonic() - self.started) * (1 - self.part) / self.part
-        return pgettext_iface("{}, {} left").format(f"{self.part:.0%}", cli.duration(left))
+        return pgettext_iface("{}, {} left").format(f"{self.part:.0%}", duration(left))
 
     def step(self):
         """Trace one round; returns whether there are more. ReferenceError where the scene is gone."""
@@ -312,7 +312,7 @@ class NIM_OT_bake_caustics(bpy.types.Operator):
         self.report(
             {"INFO"},
             pgettext_rpt("Caustics baked: {millions} million photons in {time}").format(
-                millions=_millions(run.photons), time=cli.duration(time.monotonic() - run.started)
+                millions=_millions(run.photons), time=duration(time.monotonic() - run.started)
             ),
         )
         return {"FINISHED"}
@@ -421,7 +421,7 @@ def _draw_known(layout, context, known):
         column.label(text="Up to date", icon="CHECKMARK")
     if known.made:
         made = known.made
-        values = {"millions": _millions(made["photons"]), "time": cli.duration(made["seconds"])}
+        values = {"millions": _millions(made["photons"]), "time": duration(made["seconds"])}
         text = pgettext_iface("{millions} million photons in {time}").format(**values)
         column.label(text=text, icon="BLANK1", translate=False)
         text = pgettext_iface("Surfaces: {count}, {size:.0f} MB")

@@ -13,7 +13,7 @@ from pathlib import Path
 import bpy
 from bpy.app.translations import pgettext_iface, pgettext_rpt
 
-from .. import cli
+from ..base.progress import duration
 from ..scenes.parameters import file_name
 from . import preferences, scenes
 
@@ -123,7 +123,7 @@ class Job:
             return pgettext_iface("Starting")
         if left is None:
             return f"{part:.0%}"
-        return pgettext_iface("{}, {} left").format(f"{part:.0%}", cli.duration(left))
+        return pgettext_iface("{}, {} left").format(f"{part:.0%}", duration(left))
 
 
 # The job under way, or the last one of this session.

@@ -26,6 +26,11 @@ COMMANDS = {
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="a shell's own")
 
 
+def needs_drawing(command):
+    if command.startswith("rays"):
+        pytest.importorskip("matplotlib")
+
+
 def shell(line, where, **environment):
     """Run a line of bash in which NIMRAY is the command."""
     line = line.replace("NIMRAY", f"{shlex.quote(sys.executable)} -m nim_addon")
@@ -43,6 +48,7 @@ def shell(line, where, **environment):
 )
 @pytest.mark.parametrize("command", COMMANDS)
 def test_that_nobody_listens_changes_nothing(command, ends, tmp_path):
+    needs_drawing(command)
     done = shell(f"NIMRAY {command} {ends}", tmp_path)
     assert done.returncode == COMMANDS[command]
     assert done.stderr.count(b"\n") == (COMMANDS[command] == 2 and "2>&-" not in ends)
@@ -70,6 +76,7 @@ def test_a_closed_stream_is_no_file_that_is_written(tmp_path):
     (("ascii", b"o/\\xe9 \\u65e5.svg"), ("latin1", b"o/\xe9 \\u65e5.svg"), ("utf-8", "o/é 日.svg".encode())),
 )
 def test_letters_that_a_terminal_lacks_are_escaped(encoding, letters, tmp_path):
+    needs_drawing("rays")
     done = shell("NIMRAY rays sphere --out 'o/é 日.svg'", tmp_path, PYTHONIOENCODING=encoding)
     assert (done.returncode, done.stderr, done.stdout.strip()) == (0, b"", letters)
     refused = shell("NIMRAY render сфера", tmp_path, PYTHONIOENCODING=encoding)
@@ -98,5 +105,6 @@ def test_a_stream_that_does_not_wait_gets_all_that_is_said(tmp_path):
 
 
 def test_a_window_system_that_matplotlib_lacks_is_not_asked_for(tmp_path):
+    needs_drawing("rays")
     done = shell("NIMRAY rays sphere --out a.svg", tmp_path, MPLBACKEND="nonsense")
     assert (done.returncode, done.stdout, done.stderr) == (0, b"a.svg\n", b"")

@@ -77,10 +77,9 @@ def _how(borders, material, misfits, side):
     things = {_thing(borders, patch) for patch in wrong}
     if any(patch not in wrong for patch in wearing if _thing(borders, patch) in things):
         return None  # one object needs it both ways
-    free = all(
-        not thing.library and any(slot.material == material for slot in thing.material_slots) for thing in things
-    )
-    return "copy" if free else None
+    kept = any(thing.library or thing.override_library for thing in things)
+    worn = all(material in [slot.material for slot in thing.material_slots] for thing in things)
+    return "copy" if worn and not kept else None
 
 
 def _settable(material, side):

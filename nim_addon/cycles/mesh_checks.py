@@ -259,10 +259,7 @@ def _close(scene, problem):
         filled = bpy.data.meshes.new("filled")
         try:
             if _fill(mesh, Solid(mesh), filled):
-                shape = bmesh.new()
-                shape.from_mesh(filled)
-                shape.to_mesh(mesh)
-                shape.free()
+                _fill(mesh, Solid(mesh), mesh)  # itself, with its shape keys
                 mesh.update()
         finally:
             bpy.data.meshes.remove(filled)

@@ -4,6 +4,7 @@
 import math
 from collections import Counter
 from functools import cached_property
+from itertools import product
 from typing import NamedTuple
 
 import bpy  # noqa: F401
@@ -143,6 +144,7 @@ class Surroundings:
     """
 
     blind = False
+    eye = None  # (3,) where the camera is
 
     def __init__(self, bodies: list[Body], memory: dict | None = None):
         self.bodies = [body for body in bodies if body.solid.count and not body.flat]
@@ -292,14 +294,36 @@ class Surroundings:
         return bool((body.local(point) - middle) @ normal > 1e-3 * body.solid.size)
 
     def is_supported(self, index: int, part: int) -> bool:
-        """Whether the rim of an open part lies at, in or behind something else, as a pool's surface ends at its walls."""
+        """Whether the rim of an open part lies at, in or behind something else, as a pool's surface ends at its walls.
+
+        Or, of a sheet, beyond everything else, as the sea's does.
+        """
         body = self.bodies[index]
         solid = body.solid
+        if solid.parts[part].is_sheet and self._spans(index, part):
+            return True
         mine = np.flatnonzero(solid.part[solid.rim.face] == part)
         mine = mine[np.unique(np.linspace(0, len(mine) - 1, RIM).astype(int))]
         middle = body.world(solid.plane(part)[0]) if solid.parts[part].is_sheet else None
         held = sum(self._is_held(body, index, edge, middle) for edge in mine)
         return held >= 0.9 * len(mine)
+
+    def _spans(self, index, part):
+        """Whether the camera and all other bodies are within the outline of a sheet, seen along its normal."""
+        body = self.bodies[index]
+        if self.eye is None:
+            return False
+        _, normal = body.solid.plane(part)
+        axes = np.linalg.svd(normal[None])[2][1:]  # of unit length, along the sheet
+        own = body.solid.points[body.solid.corners[np.repeat(body.solid.part == part, np.diff(body.solid.begins))]]
+        others = [other for other in range(len(self.bodies)) if other != index]
+        both = np.stack([self.lows[others], self.highs[others]])
+        corners = [both[list(turn), :, range(3)].T for turn in product((0, 1), repeat=3)]
+        inside = np.vstack([*corners, [self.eye]])
+        inside = np.array([body.local(point) for point in inside]) @ axes.T
+        low, high = bounds(own @ axes.T)
+        margin = 0.1 * (high - low)
+        return bool(((inside > low + margin) & (inside < high - margin)).all())
 
     def _is_held(self, body, index, edge, middle):
         solid = body.solid
@@ -369,6 +393,9 @@ def survey(sight: Sight) -> Surroundings:
         sight.left_out.update(body.name for body in bodies if body.media)
         around = Surroundings(bodies)  # what it does not know is not to be remembered
         around.blind = True
+    camera = sight.scene.camera
+    if camera:
+        around.eye = np.array(camera.evaluated_get(sight.depsgraph).matrix_world.translation)
     return around
 
 

@@ -126,6 +126,19 @@ def test_what_is_right_is_left_as_it_is(scene, build):
     assert checks.mend(scene) == [] and state() == before
 
 
+@pytest.mark.parametrize("build", RIGHT.values(), ids=RIGHT)
+def test_what_is_closed_has_an_end_to_its_volume(scene, build):
+    build()
+    for material in bpy.data.materials:
+        tree = material.node_tree
+        volume = tree.nodes.new("ShaderNodeVolumeAbsorption")
+        tree.links.new(volume.outputs[0], tree.get_output_node("CYCLES").inputs["Volume"])
+    before = state()
+    assert "open_volume" not in codes(scene)
+    checks.mend(scene)
+    assert state()[0] == before[0]
+
+
 def volumes(thing):
     """Of its parts, with their signs."""
     return [part.volume for part in mesh_checks.Solid(thing.data).parts]
@@ -191,6 +204,28 @@ def test_a_hole_is_said_and_filled(scene, split):
     assert len(thing.data.vertices) == count and thing.data.uv_layers, "nothing is merged or lost"
 
 
+def test_shape_keys_stay_when_a_hole_is_filled(scene):
+    thing = add("Box", NIM, box(2), without=1)
+    thing.shape_key_add(name="Basis")
+    thing.shape_key_add(name="Wide").data[0].co.x -= 1
+    checks.mend(scene)
+    keys = thing.data.shape_keys.key_blocks
+    assert codes(scene) == [] and [key.name for key in keys] == ["Basis", "Wide"]
+    assert keys["Wide"].data[0].co.x == keys["Basis"].data[0].co.x - 1
+
+
+def test_normals_of_its_own_are_turned_with_a_mesh(scene):
+    thing = add("Ball", NIM, ball(1, segments=64, inwards=True))
+    mesh = thing.data
+    mesh.shade_smooth()
+    mesh.normals_split_custom_set([-mesh.vertices[corner.vertex_index].co.normalized() for corner in mesh.loops])
+    assert codes(scene) == ["normals"]
+    checks.mend(scene)
+    out = [normal.vector.dot(mesh.vertices[corner.vertex_index].co) for normal, corner in zip(
+        mesh.corner_normals, mesh.loops, strict=True)]  # fmt: skip
+    assert codes(scene) == [] and min(out) > 0.99
+
+
 def test_mend_all_turns_what_was_open_and_inside_out(scene):
     thing = add("Box", NIM, box(2, inwards=True), without=1)
     assert [problem.code for problem in checks.mend(scene)] == ["open", "normals"]
@@ -219,6 +254,18 @@ def test_a_sheet_is_right_only_where_its_rim_ends_at_something(scene):
     assert codes(scene) == []
     thing.scale = (0.5, 0.5, 1)
     bpy.data.objects["Basin"].location.z = -3
+    assert codes(scene) == ["open"]
+
+
+def test_a_sheet_that_spans_all_that_is_seen_is_right(scene):
+    """A sea without a shore."""
+    add("Sea", NIM, sheet(500)).rotation_euler = (0.1, 0, 0.3)
+    buoy = add("Buoy", None, box(2))
+    scene.camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    scene.camera.location = (7, -7, 5)
+    scene.collection.objects.link(scene.camera)
+    assert codes(scene) == []
+    buoy.location.y = 600
     assert codes(scene) == ["open"]
 
 

@@ -56,8 +56,8 @@ def settings(material: bpy.types.Material) -> Iterator[Setting]:
                 continue
             if not hasattr(end.default_value, "__len__"):
                 yield Setting(material, name, end, None)
-            else:
-                for place in range(3 if name == "Tint" else 1):
+            elif name == "Tint":  # how much of a colour an index is, Cycles decides
+                for place in range(3):
                     yield Setting(material, name, end, place)
 
 
@@ -149,7 +149,10 @@ def _bring_into_range(scene, problem):
         for setting in settings(bpy.data.materials[name, None]):
             if setting.name == "Tint" and not 0 <= setting.value <= 1:
                 value = 1.0 if math.isnan(setting.value) else min(1.0, max(0.0, setting.value))
-                setting.socket.default_value[setting.place] = value
+                if setting.place is None:
+                    setting.socket.default_value = value
+                else:
+                    setting.socket.default_value[setting.place] = value
 
 
 MENDS = {"tint": _bring_into_range}

@@ -335,6 +335,17 @@ def test_a_number_that_a_driver_or_ones_own_group_gives(scene):
     assert codes(scene) == ["number"]
 
 
+def test_a_tint_that_a_value_gives_and_an_index_that_a_colour_gives(scene):
+    value, colour = (nim().node_tree.nodes.new(f"ShaderNode{kind}") for kind in ("Value", "RGB"))
+    sockets = nim().node_tree.nodes["NIM Interface"].inputs
+    nim().node_tree.links.new(value.outputs[0], sockets["Tint"])
+    nim().node_tree.links.new(colour.outputs[0], sockets["Index Inside"])
+    value.outputs[0].default_value, colour.outputs[0].default_value = 2.0, (0.0, 1.0, 1.0, 1.0)
+    assert codes(scene) == ["tint"]
+    checks.mend(scene)
+    assert codes(scene) == [] and value.outputs[0].default_value == 1.0
+
+
 def put(name, value, fed=False):
     tree = nim().node_tree
     socket = tree.nodes["NIM Interface"].inputs[name]

@@ -5,11 +5,13 @@ Photons tell where they landed by colour, which nothing on their way may change.
 absorbing volumes, has a switch: off for where photons land, on for what is left of them.
 """
 
+from typing import NamedTuple
+
 import bpy
 
 from .material import MARK, fill_group, interface_of
 from .nodes import Nodes, empty_tree
-from .object_values import carry
+from .object_values import attributes_of, carry
 from .visibility import asked, has_nodes, is_interface, value_of
 
 # Within a medium light is counted for less (photons.Tracer). The share of a crossing, (n_i / n_t)^2, travels as a colour
@@ -21,6 +23,20 @@ THROUGH = "Through"  # the socket of the photons' interface for a factor on what
 DIFFUSE = {"BSDF_DIFFUSE", "EEVEE_SPECULAR", "SUBSURFACE_SCATTERING", "BSDF_TRANSLUCENT"}
 MIRRORS = {"BSDF_GLOSSY", "BSDF_GLASS", "BSDF_REFRACTION"}
 MIXERS = {"MIX_SHADER", "ADD_SHADER"}
+
+
+class Kind(NamedTuple):
+    """What a material is to photons.
+
+    copy:  the material that does to photons what it does to light; None where it neither bends nor mirrors nor absorbs
+    bends: whether it bends or mirrors; lands: whether light lands on it
+    reads: (kind, name) of the attributes that it reads of its object (object_values)
+    """
+
+    copy: bpy.types.Material | None
+    bends: bool
+    lands: bool
+    reads: set
 
 
 class Bending:
@@ -39,15 +55,17 @@ class Bending:
         nodes.end(nodes.add("ShaderNodeHoldout"))
 
     def of(self, material, name):
-        """The material that does to photons what `material` does to light; None where it neither bends nor mirrors nor
-        lets through. Raises ValueError, one sentence, where it does so in a way that is not traced; name: of who wears it."""
-        if not has_nodes(material):
-            return None
-        if material.name_full not in self._made:
+        """What a material, or None, is to photons: a Kind.
+
+        Raises ValueError, one sentence, where light goes through it in a way that is not traced; name: of who wears it.
+        """
+        key = material and material.name_full
+        if key not in self._made:
             check(material, name)
             sharp = bends(material)
-            self._made[material.name_full] = self._copy(material) if sharp or is_volume(material) else None
-        return self._made[material.name_full]
+            copy = self._copy(material) if sharp or is_volume(material) else None
+            self._made[key] = Kind(copy, sharp, copy is None and lands(material), attributes_of(material))
+        return self._made[key]
 
     def set(self, **switches):
         """Give the switches of that name, in all trees, a value."""
@@ -229,6 +247,8 @@ def is_volume(material):
 
 def check(material, name):
     """Raise ValueError, one sentence, for a material by which light goes in a way that photons do not; name: who wears it."""
+    if not has_nodes(material):
+        return
     kinds = [(node, kind_of(node, path)) for node, path in asked(material)]
     scatters = any(kind == "diffuse" or (kind is None and node.type == "BSDF_GLOSSY") for node, kind in kinds)
     passes = any(kind == "glass" or node.type == "BSDF_REFRACTION" or is_interface(node) for node, kind in kinds)

@@ -14,7 +14,7 @@ import mathutils
 import numpy as np
 
 from .nodes import uses_nodes
-from .visibility import is_instance_rendered, rendered
+from .visibility import is_instance_rendered, is_rendered, rendered
 
 TURNS = 60  # ways to turn the frame about the light's direction, of which the tightest is taken
 SUN = "nim_sun"  # of a bpy.types.World: direction, irradiance and angle of the Gaussian sun in its sky
@@ -180,9 +180,18 @@ def sun_of(scene):
 
 
 def lamps_of(scene):
-    """The lamps that shine by themselves in a render of `scene` without baked caustics, in the order in which they are
-    traced: suns first, then spots, points and areas."""
-    return sorted((thing for thing in rendered(scene) if _shines(thing)), key=_rank)
+    """The lamps that shine in a render of `scene` without baked caustics, by themselves or in instances of collections, in
+    the order in which they are traced: suns first, then spots, points and areas. It evaluates nothing; see placed()."""
+    found, queue, seen = [], rendered(scene), set()
+    while queue:
+        thing = queue.pop()
+        held = thing.instance_collection if thing.instance_type == "COLLECTION" else None
+        if held and held not in seen:
+            seen.add(held)
+            queue += [one for one in held.all_objects if is_rendered(one)]
+        if _shines(thing) and thing not in found:
+            found.append(thing)
+    return sorted(found, key=_rank)
 
 
 class Placed(NamedTuple):

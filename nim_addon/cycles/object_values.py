@@ -14,17 +14,19 @@ RANDOM, LOCATION = "nim_random", "nim_location"  # properties of copies, for wha
 LIKE = ("color", "pass_index")
 
 
-def values_of(one: Shown, scene: bpy.types.Scene) -> dict:
+def values_of(one: Shown, scene: bpy.types.Scene, reads: set) -> dict:
     """Custom properties that a copy of what is Shown must have for its materials to look the same.
+
+    reads: attributes_of() all its materials
 
     Raises ValueError, one sentence, where a material reads an attribute of an instance, which cannot be known.
     """
     values = {RANDOM: one.random, LOCATION: list(one.matrix.translation)}
-    for kind, name, material in sorted({(*read, m.name) for m in one.materials for read in attributes_of(m)}):
+    for kind, name in sorted(reads):
         if kind == "INSTANCER" and not one.single and _has_own_attributes(one.parent):
             raise ValueError(
-                f"the material {material} of {one.original.name} reads {name} of each instance, and such are not traced; "
-                "realize the instances, or take the attribute out of it."
+                f"a material of {one.original.name} reads {name} of each instance that {one.parent.name} makes, and such are "
+                "not traced; realize the instances, or take the attribute out of it."
             )
         owners = [one.object, one.object.data]
         if kind == "INSTANCER" and one.parent:

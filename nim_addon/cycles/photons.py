@@ -11,7 +11,7 @@ import numpy as np
 from mathutils.bvhtree import BVHTree
 
 from . import charts, lights, settings
-from .bending import POWER, WHITE, Bending, bends, lands, switch
+from .bending import POWER, WHITE, Bending, switch
 from .charts import Chart, Part, read
 from .nodes import Nodes, empty_tree
 from .object_values import give, values_of
@@ -140,13 +140,13 @@ class Tracer:
             if matrix.determinant() < 0:
                 mesh.flip_normals()
             matrix = mathutils.Matrix.Identity(4)
-        bends_here = any(bends(material) for material in one.materials)
+        kinds = [self.bending.of(material, one.original.name) for material in one.materials]
+        bends_here = any(kind.bends for kind in kinds)
         if bends_here:
             self.benders.add(one.original)
             check_shadow(one)
-        values = values_of(one, self.source)
-        bending = [self.bending.of(material, one.original.name) for material in one.materials]
-        lands_here = [not b and lands(m) for b, m in zip(bending, one.materials, strict=True)]
+        values = values_of(one, self.source, set().union(*(kind.reads for kind in kinds)))
+        lands_here = [kind.lands for kind in kinds]
         # what cannot be given a light of its own only throws a shadow
         if any(lands_here) and lit:
             self._mark(mesh, matrix, lands_here, one, values)
@@ -154,7 +154,7 @@ class Tracer:
             lands_here = [False] * len(lands_here)
         set_materials(
             mesh,
-            [b or (self.shine if land else self.bending.dark) for b, land in zip(bending, lands_here, strict=True)],
+            [k.copy or (self.shine if land else self.bending.dark) for k, land in zip(kinds, lands_here, strict=True)],
         )
         copy = bpy.data.objects.new("NIM photons", mesh)
         copy.matrix_world = matrix

@@ -364,6 +364,7 @@ def test_a_lamp_in_an_instance_of_a_collection_is_traced(empty_file):
     empty = bpy.data.objects.new("Empty", None)
     empty.instance_type, empty.instance_collection, empty.location = "COLLECTION", held, (0, 0, 1)
     scene.collection.objects.link(empty)
+    assert lights.lamps_of(scene) == [lamp]
     assert caustics.bake(scene, texels=64, photons=1 << 14) == {"Floor": pytest.approx(power, rel=0.02)}
     (seen,) = [one for one in caustics.baked(scene).objects if one.type == "LIGHT"]
     scene.view_layers[0].update()
@@ -375,6 +376,7 @@ def test_a_lamp_in_an_instance_of_a_collection_is_traced(empty_file):
     caustics.clear(scene)
     assert lamp.data.cycles.use_multiple_importance_sampling
     empty.hide_render = True
+    assert lights.lamps_of(scene) == []
     with pytest.raises(ValueError, match="no light"):
         caustics.Bake(scene)
 

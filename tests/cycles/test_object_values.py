@@ -177,4 +177,4 @@ def test_instances_made_by_geometry_nodes_are_traced_but_not_by_their_attributes
     nodes.feed(node.inputs["Index Inside"], attribute("INSTANCER", "n")(nodes))
     with pytest.raises(ValueError) as error, Tracer(scene):
         pass
-    one_sentence(error.value, "Sheet", "Makes", "instance")
+    one_sentence(error.value, "Makes", "instance")

@@ -132,7 +132,7 @@ def test_package_holds_what_it_needs(zipped):
     assert zipped.stat().st_size < 3_000_000
 
 
-@pytest.mark.parametrize("version", ["", "5.0", "5.2"])
+@pytest.mark.parametrize("version", ["", "4.2", "5.0", "5.2"])
 def test_package_installs_enables_and_leaves_nothing(zipped, version, tmp_path):
     python = ROOT / f".venv-{version}" / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
     if not version:

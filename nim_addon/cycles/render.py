@@ -262,19 +262,22 @@ def _record_in(path):
 
     with quiet(2):  # OpenEXR complains there by itself
         image = oiio.ImageInput.open(_named(path))
-        if not image:
-            oiio.geterror()  # else it is printed, on standard output, into --json and --progress
+        try:
+            if not image:
+                oiio.geterror()  # else it is printed, on standard output, into --json and --progress
+                return None, False
+            spec = image.spec()
+            text = spec.get_string_attribute(ATTRIBUTE)
+            if spec.width > WIDEST:
+                return text, False
+            step, end = max(1, (1 << 26) // spec.scanline_bytes()), spec.y + spec.height
+            whole = all(
+                image.read_scanlines(0, 0, top, min(top + step, end), 0, 0, spec.nchannels) is not None
+                for top in range(spec.y, end, step)
+            )
+            return text, not image.geterror() and whole
+        except UnicodeDecodeError:  # in what it carries, or in what is said of it
             return None, False
-        spec = image.spec()
-        text = spec.get_string_attribute(ATTRIBUTE)
-        if spec.width > WIDEST:
-            return text, False
-        step, end = max(1, (1 << 26) // spec.scanline_bytes()), spec.y + spec.height
-        whole = all(
-            image.read_scanlines(0, 0, top, min(top + step, end), 0, 0, spec.nchannels) is not None
-            for top in range(spec.y, end, step)
-        )
-        return text, not image.geterror() and whole
 
 
 def record_of(exr):

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The headless render: whole files or none, with what made them."""
 
+import random
 import resource
 import shutil
 import struct
@@ -250,3 +251,26 @@ def test_a_folder_whose_name_is_no_text_is_refused(scene, tmp_path, one_sentence
         render.render(scene, tmp_path / "\udcff", "one")
     one_sentence(caught.value, "not Unicode")
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("suffix", (".exr", ".png"))
+def test_whatever_an_image_holds_a_record_comes_out_or_a_sentence(suffix, scene, tmp_path, one_sentence):
+    """Among them a record that is no UTF-8."""
+    files = render.render(scene, tmp_path, "one", metadata={"a": "x" * 100})
+    whole = next(file for file in files if file.suffix == suffix).read_bytes()
+    chance, file, outcomes = random.Random(suffix), tmp_path / f"changed{suffix}", set()
+    at = whole.index(b"x" * 100)
+    for change in [b"\xff\xc3\x81", *(chance.randbytes(chance.randint(1, 5)) for _ in range(200))]:
+        content = bytearray(whole)
+        content[at : at + len(change)] = change
+        if chance.random() < 0.3:
+            del content[at + 100 :]
+        file.write_bytes(content)
+        try:
+            assert isinstance(render.read_metadata(file), dict)
+            outcomes.add("read")
+        except ValueError as error:
+            one_sentence(error, file.name)
+            outcomes.add("refused")
+        at = chance.randrange(len(whole) if chance.random() < 0.5 else 1500)
+    assert outcomes == {"read", "refused"}

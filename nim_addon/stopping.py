@@ -9,7 +9,6 @@ import shutil
 import signal
 import socket
 import sys
-import tempfile
 import threading
 import time
 from pathlib import Path
@@ -17,6 +16,7 @@ from pathlib import Path
 SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT") if hasattr(signal, name))
 PATIENCE = 5  # seconds that the end waits for files to get their names
 
+_kept = contextlib.ExitStack()  # what lasts as long as the process
 _begun = []  # what takes away what is half made
 _steps = threading.RLock()
 _watched = None  # what ends the watch, with all that it needs
@@ -71,18 +71,19 @@ def _hear(*_):
 @contextlib.contextmanager
 def importing():
     """Around the import of Blender as a module: it takes Ctrl-C for itself, and makes a temporary folder of its own."""
-    if not _watched:
+    if not _watched or "bpy" in sys.modules:
         yield
         return
-    kept = hasattr(signal, "sigwait")  # not on Windows
-    if kept:
+    blocks = hasattr(signal, "sigwait")  # not on Windows
+    if blocks:
         signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         threading.Thread(target=lambda: _stop(signal.sigwait({signal.SIGINT})), daemon=True).start()
     former = os.environ.get("TMPDIR")
-    with contextlib.suppress(OSError), step():
-        folder = Path(tempfile.mkdtemp(prefix="nimray_"))
-        _begun.append(lambda: remove(folder))  # what is in it goes with it, however early the end
-        os.environ["TMPDIR"] = str(folder)
+    with contextlib.suppress(OSError):
+        from .base.files import temporary
+
+        # what is in it goes with it, however early the end, and after kill -9 with the next run
+        os.environ["TMPDIR"] = str(_kept.enter_context(temporary()))
     try:
         yield
     finally:
@@ -90,7 +91,7 @@ def importing():
         if former is not None:
             os.environ["TMPDIR"] = former
         signal.signal(signal.SIGINT, _hear)
-        if kept:
+        if blocks:
             signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
 
 

@@ -10,6 +10,7 @@ import re
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -17,7 +18,7 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-from nim_addon import cli
+from nim_addon import cli, stopping
 from nim_addon.cycles import material
 from nim_addon.cycles.render import read_metadata
 from nim_addon.physics import Interface, Medium
@@ -191,6 +192,7 @@ sys.meta_path.insert(0, Late())
     (
         ("scenes", None, 0),
         ("scenes", "nim_addon.scenes", signal.SIGHUP),
+        ("scenes", "nim_addon.scenes", signal.SIGKILL),
         ("verify", "nim_addon.cycles.verify", signal.SIGINT),
     ),
 )
@@ -208,8 +210,18 @@ class Late:
 sys.meta_path.insert(0, Late())
 """)
     done = nimray(command, where=tmp_path, instead=tmp_path, temporary=tmp_path / "tmp")
+    if how == signal.SIGKILL:  # the next run takes it away
+        assert list((tmp_path / "tmp").iterdir())
+        done, how = nimray(command, temporary=tmp_path / "tmp"), 0
     assert done.returncode == (128 + how if how else 0)
     assert not list((tmp_path / "tmp").iterdir())
+
+
+def test_a_second_import_of_blender_makes_no_folder(monkeypatch, tmp_path):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setattr(stopping, "_watched", lambda: None)
+    with stopping.importing():
+        assert not list(tmp_path.iterdir())
 
 
 def test_ctrl_c_while_python_learns_of_signals_stops_too(tmp_path):

@@ -104,12 +104,11 @@ def whole(file, write):
 @contextlib.contextmanager
 def temporary():
     """A folder (Path) for what is needed for a moment; OSError, one sentence, where the computer has no room for it."""
-    with contextlib.ExitStack() as stack:
-        with stopping.step(), _said(None):
-            folder = Path(tempfile.mkdtemp(prefix="nimray_"))
-            stack.enter_context(stopping.begun(lambda: stopping.remove(folder)))
-        stack.enter_context(_said(None))
-        yield folder
+    with _said(None):
+        place = Path(tempfile.gettempdir())
+        sweep(place)
+        with _part_of(place, "nimray") as folder, _said(None):
+            yield folder
 
 
 def is_full(folder):

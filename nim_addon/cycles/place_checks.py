@@ -77,6 +77,7 @@ def _coarse(sight, around):
             if modifier.type == "SUBSURF" and modifier.show_render and angle is not None:
                 shown = modifier.levels if modifier.show_viewport else 0
                 angle /= 2 ** max(0, modifier.render_levels - shown)
+                angle *= not _is_adaptive(thing, modifier)
         if angle is not None and angle > COARSE:
             text = (
                 "{name} is coarse for a smooth surface: faces differ by {angle:.0f} degrees, and what it shows is some "
@@ -85,6 +86,12 @@ def _coarse(sight, around):
             error = COARSE_ERROR * angle**2
             found[thing] = about(thing, "coarse", text, None, _worn(body), angle=angle, error=error)
     return list(found.values())
+
+
+def _is_adaptive(thing, modifier):
+    """Whether a Subdivision Surface is divided to pixels: of the object up to Blender 4.5, then of the modifier."""
+    owner = modifier if hasattr(modifier, "use_adaptive_subdivision") else thing.cycles
+    return bool(getattr(owner, "use_adaptive_subdivision", False))
 
 
 def coarseness(mesh: bpy.types.Mesh) -> float:

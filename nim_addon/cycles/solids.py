@@ -86,12 +86,13 @@ class Solid:
     """
 
     def __init__(self, mesh: bpy.types.Mesh):
-        self._read(mesh)
-        self._divide(self._welded(mesh))
+        with np.errstate(all="ignore"):  # of coordinates that are no numbers, or nearly too large
+            self._read(mesh)
+            self._divide(self._welded(mesh))
 
     def _read(self, mesh):
         count = len(mesh.polygons)
-        self.points = _attribute(mesh, "position", "vector", 3, np.float32)
+        self.points = np.nan_to_num(_attribute(mesh, "position", "vector", 3, np.float32), posinf=0, neginf=0)
         self.corners = _attribute(mesh, ".corner_vert", "value", 1, np.int32)
         self.begins = np.empty(count + 1, np.int32)
         mesh.polygons.foreach_get("loop_start", self.begins[:-1])

@@ -70,7 +70,10 @@ class Body:
         self.low, self.high = bounds(self.world(corners))
         self.size = float(np.linalg.norm(self.high - self.low))
         self.heavy = solid.count > LARGEST  # rays pass it
-        self.flat = abs(np.linalg.det(self.matrix[:3, :3])) < 1e-30
+        with np.errstate(all="ignore"):
+            volume = abs(np.linalg.det(self.matrix[:3, :3]))
+        # or nowhere, or larger than single precision has areas for
+        self.flat = not (volume > 1e-30 and np.isfinite(volume) and max(self.size, solid.size) < 1e15)
 
     @property
     def name(self):

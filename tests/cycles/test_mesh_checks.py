@@ -548,3 +548,18 @@ def test_a_bubble_in_a_collection_instance(scene):
     assert problem.sentence == "Bubble lies in NIM -1.5 (Ball), but its outside is n = 1."
     checks.mend(scene)
     assert codes(scene) == []
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), 1e30, 1e-30, 0.0])
+def test_numbers_that_no_mesh_should_have(scene, value):
+    corners = [(value, 0, 0), (0, 0, 0), (0, value, 0), (0, 0, value)]
+    mesh = bpy.data.meshes.new("Odd")
+    mesh.from_pydata(corners, [], [(0, 1, 2), (0, 3, 1), (1, 3, 2), (0, 2, 3)])
+    thing = add("Odd", NIM, mesh=mesh)
+    add("Ball", NIM, ball(1))
+    found(scene)
+    thing.location = (value,) * 3
+    thing.scale.x = value
+    found(scene)
+    checks.mend(scene)

@@ -61,9 +61,8 @@ def test_an_attribute_reaches_the_photons(where, scene):
     sheet = scene.objects["Sheet"]
     owner = {"data": sheet.data, "scene": scene, "view layer": scene.view_layers[0]}.get(where, sheet)
     if where == "path":
-        sheet.delta_location.x, name = 0.0, "delta_scale"
-        sheet.delta_scale = (1.0, 1.0, 1.0)
-        fed(sheet, attribute("OBJECT", name, N))
+        sheet.empty_display_size = N
+        fed(sheet, attribute("OBJECT", "empty_display_size"))
     else:
         owner["n"] = N
         kind = {"scene": "VIEW_LAYER", "view layer": "VIEW_LAYER", "instancer": "INSTANCER"}.get(where, "OBJECT")

@@ -280,8 +280,3 @@ def value_of(socket: bpy.types.NodeSocket, path: tuple = ()):
         return None
     value = end.default_value
     return value if isinstance(value, (bool, int, float, str)) else tuple(value)
-
-
-def counting(material):
-    """The nodes of a bpy.types.Material, not of groups in it, that a render asks."""
-    return [one.node for one in asked(material) if not one.path]

@@ -316,3 +316,19 @@ def test_a_cube_made_a_nim_bakes(addon, monkeypatch):
     bpy.context.scene.nim_caustics.photons, bpy.context.scene.nim_caustics.texels = 1, "512"
     assert bpy.ops.nim.bake_caustics() == {"FINISHED"}
     assert [one.name for one in engine.baked(bpy.context.scene).objects if one.type == "MESH"] == ["NIM Caustics Plane"]
+
+
+def test_what_is_not_traced_is_said_by_the_button(scene):
+    """Light that would be counted twice, and glass that is rough: before anything is traced, with who it is."""
+    lamp = scene.objects["Light"]
+    lamp.data.use_shadow = False
+    with pytest.raises(RuntimeError, match=r"the lamp Light throws no shadows.*switch its Shadow on"):
+        bpy.ops.nim.bake_caustics()
+    lamp.data.use_shadow = True
+    frosted = bpy.data.materials.new("Frosted")
+    frosted.use_nodes = True
+    frosted.node_tree.nodes["Principled BSDF"].inputs["Transmission Weight"].default_value = 1.0
+    scene.objects["Ball"].data.materials[0] = frosted
+    with pytest.raises(RuntimeError, match="Frosted of Ball lets light through in part or roughly"):
+        bpy.ops.nim.bake_caustics()
+    assert not engine.baked(scene) and "NIM photons" not in bpy.data.scenes

@@ -12,9 +12,9 @@ from collections.abc import Iterable
 import bpy
 import numpy as np
 
-from . import lights
+from . import lights, object_values
 from .nodes import uses_nodes
-from .visibility import as_rendered, asked, has_nodes, rendered, shown, source_of, value_of
+from .visibility import as_rendered, asked, has_nodes, shown, source_of, value_of
 
 PATHS = "nim_light_paths"  # of the curves that show light paths (ui.light_paths.MARK), which neither light nor shade
 # what a copy must have of an object to look like it
@@ -47,20 +47,18 @@ def digest(scene: bpy.types.Scene, meshes: dict | None = None) -> str:
     with as_rendered(scene) as depsgraph:
         trees = _Trees(depsgraph)
         lines = [repr(lights.sun_of(scene))]
-        lines += [_lamp_mark(thing, trees) for thing in rendered(scene) if thing.type == "LIGHT"]
-        for one in lights.placed(scene, depsgraph):
-            if not one.single:
-                lines.append(_lamp_mark(one.thing, trees, one.matrix))
-        here = set()
+        here, things = set(), set()
         for one in shown(scene, depsgraph):
             if one.original.get(PATHS):
                 continue
+            things.add(one.original)
             key = (one.original, one.parent or one.original, one.mesh)
             key = (key[0].session_uid, key[1].session_uid, key[2].as_pointer())
             here.add(key)
             if key not in meshes:
                 meshes[key] = _mesh_mark(one.mesh)
-            lines.append(_surface_mark(one, meshes[key], trees))
+            lines.append(_surface_mark(one, meshes[key], trees, scene))
+        lines += [_lamp_mark(one, trees, things) for one in lights.placed(scene, depsgraph)]
         for key in set(meshes) - here:
             del meshes[key]
     return hashlib.sha256("\n".join(sorted(lines)).encode()).hexdigest()
@@ -77,14 +75,20 @@ def forget_changed(meshes: dict, depsgraph: bpy.types.Depsgraph) -> None:
 # ------------------------------------------------------------------------------------------------ things
 
 
-def _surface_mark(one, mesh, trees):
+def _surface_mark(one, mesh, trees, scene):
     mark, low, high = mesh
     line = [mark, _place(one.matrix, low, high), [_plain(getattr(one.original, name)) for name in ALIKE]]
-    for material in one.materials:
-        line.append(trees.mark(material))
-        # what these nodes read is the object's, not the material's
-        line.append([_plain(_attribute(one, name)) for name in sorted(trees.attributes(material))])
-        line.append(one.original.name_full if trees.reads_random(material) else None)
+    line += [trees.mark(material) for material in one.materials]
+    # what these nodes read is the object's, not the material's
+    reads = {kind for material in one.materials for kind in trees.reads(material)}
+    if reads:
+        try:
+            values = object_values.values_of(one, scene)
+        except ValueError:  # which no bake takes
+            values = {}
+        random = values.pop(object_values.RANDOM, None)
+        values.pop(object_values.LOCATION, None)
+        line.append([sorted(values.items()), random if "OBJECT_INFO" in reads else None])
     return repr(line)
 
 
@@ -134,34 +138,17 @@ def _mesh_mark(mesh):
     return mark.hexdigest(), low, high
 
 
-def _lamp_mark(thing, trees, matrix=None):
-    lamp = thing.evaluated_get(trees.depsgraph)
-    frame = np.array(matrix or lamp.matrix_world)
-    line = [_plain(getattr(lamp.data, name, None)) for name in LAMP]
-    line += [getattr(thing.data.cycles, name, None) for name in ("cast_shadow", "is_portal")]
+def _lamp_mark(one, trees, things):
+    lamp = one.thing.evaluated_get(trees.depsgraph).data
+    frame = np.array(one.matrix.copy())
+    line = [_plain(getattr(lamp, name, None)) for name in LAMP]
     line += [_rounded(frame[:3, :3], 0.0), _rounded(frame[:3, 3], 0.0)]
-    if uses_nodes(lamp.data):
-        line.append(trees.mark(lamp.data))
-    for kind in ("receiver_collection", "blocker_collection"):
-        collection = getattr(thing.light_linking, kind)
-        if collection:
-            line.append([[one.name_full for one in collection.all_objects], _link_states(collection)])
+    if uses_nodes(lamp):
+        line.append(trees.mark(one.thing.data))
+    blocker = one.thing.light_linking.blocker_collection
+    line.append(sorted(thing.name_full for thing in lights.leaves_out(one.thing, things)))
+    line.append(sorted(thing.name_full for thing in things & set(blocker.all_objects)) if blocker else None)
     return repr(line)
-
-
-def _link_states(collection):
-    return [one.light_linking.link_state for one in (*collection.collection_objects, *collection.collection_children)]
-
-
-def _attribute(one, name):
-    """The value of an attribute that Cycles looks up in an object, its data and what makes the instance."""
-    for owner in filter(None, (one.original, one.original.data, one.parent)):
-        for path in (f'["{bpy.utils.escape_identifier(name)}"]', name):
-            try:
-                return owner.path_resolve(path)
-            except (ValueError, TypeError):
-                continue
-    return None
 
 
 # ------------------------------------------------------------------------------------------------ nodes
@@ -177,25 +164,21 @@ class _Trees:
         """A mark of a material, or None, or a lamp."""
         return self._of(owner)[0]
 
-    def attributes(self, owner):
-        """The names of what its Attribute nodes look up in the object, not in its mesh."""
+    def reads(self, owner):
+        """The types of its nodes that read the object: its attributes, and its random number, made of its name."""
         return self._of(owner)[1]
 
-    def reads_random(self, owner):
-        """Whether it asks for the random number of the object, which Cycles makes of its name."""
-        return self._of(owner)[2]
-
     def _of(self, owner):
-        key = owner and (owner.session_uid, owner.bl_rna.identifier)
+        key = owner and owner.session_uid
         if key not in self.made:
             self.made[key] = self._made(owner)
         return self.made[key]
 
     def _made(self, owner):
         if owner is None or (isinstance(owner, bpy.types.Material) and not has_nodes(owner)):
-            return repr(owner and _plain(owner.diffuse_color)), set(), False
+            return repr(owner and _plain(owner.diffuse_color)), set()
         owner = owner.evaluated_get(self.depsgraph)
-        line, names, random = [_plain(getattr(owner, name, None)) for name in MATERIAL], set(), False
+        line, reads = [_plain(getattr(owner, name, None)) for name in MATERIAL], set()
         output = owner.node_tree.get_output_node("CYCLES")
         for end in output.inputs if output else ():
             nodes = asked(owner, end.name)
@@ -206,10 +189,10 @@ class _Trees:
                 line += [_source(socket, one.path, places) for socket in one.node.inputs if not socket.is_unavailable]
                 if not len(one.node.inputs):
                     line.append([_plain(getattr(socket, "default_value", None)) for socket in one.node.outputs])
-                if one.node.type == "ATTRIBUTE" and one.node.attribute_type != "GEOMETRY":
-                    names.add(one.node.attribute_name)
-                random |= one.node.type == "OBJECT_INFO" and one.node.outputs["Random"].is_linked
-        return hashlib.sha256(repr(line).encode()).hexdigest(), names, random
+                attribute = one.node.type == "ATTRIBUTE" and one.node.attribute_type != "GEOMETRY"
+                if attribute or (one.node.type == "OBJECT_INFO" and one.node.outputs["Random"].is_linked):
+                    reads.add(one.node.type)
+        return hashlib.sha256(repr(line).encode()).hexdigest(), reads
 
     def _settings(self, owner, depth=0):
         """What a node is set to, with the images, objects, texts, ramps and curves that it reads."""

@@ -103,9 +103,10 @@ def make():
     floor = put("Floor", solid("Floor", shapes.rectangle((-6, -6), (6, 6)), paint()), (AT, 0, 0))
     floor.data.uv_layers.new(name="UVMap")
     floor["mine"] = 0.5
-    sun = put("Sun", bpy.data.lights.new("Sun", "SUN"), (AT, 0, 6))
-    nodes = Nodes(empty_tree(sun.data))
-    nodes.end(nodes.add("ShaderNodeEmission", inputs={"Strength": 1.0}), "Light")
+    for name in ("Sun", "Second"):
+        sun = put(name, bpy.data.lights.new(name, "SUN"), (AT, 0, 6))
+        nodes = Nodes(empty_tree(sun.data))
+        nodes.end(nodes.add("ShaderNodeEmission", inputs={"Strength": 1.0}), "Light")
     paths = put("Light paths", solid("Light paths", shapes.cube_sphere(2)), (0, 0, 40))
     paths["nim_light_paths"] = "sun"
     scene.camera = put("Camera", bpy.data.cameras.new("Camera"), (0, 0, 9))
@@ -153,6 +154,7 @@ def sharpen():
 
 def link_light():
     chosen = bpy.data.collections.new("Lit")
+    chosen.objects.link(thing("Floor"))
     thing("Sun").light_linking.receiver_collection = chosen
 
 
@@ -172,6 +174,10 @@ CHANGES = {
     "lamp nodes": lambda: setattr(
         bpy.data.lights["Sun"].node_tree.nodes["Emission"].inputs["Strength"], "default_value", 2.0
     ),
+    "another lamp's nodes": lambda: setattr(
+        bpy.data.lights["Second"].node_tree.nodes["Emission"].inputs["Strength"], "default_value", 2.0
+    ),
+    "a lamp in what is instanced": lambda: bpy.data.collections["Stored"].objects.link(thing("Second")),
     "material index": lambda: setattr(thing("Ball").data.polygons[0], "material_index", 1),
     "shade smooth": lambda: thing("Slide").data.shade_smooth(),
     "a sharp edge": sharpen,
@@ -229,7 +235,14 @@ OTHERS = {
     "nothing": lambda: None,
     "names": lambda: [
         setattr(one, "name", f"Other {one.name}")
-        for one in (thing("Ball"), thing("Instance"), thing("Sun"), bpy.data.meshes["Ball"], *bpy.data.materials)
+        for one in (
+            thing("Ball"),
+            thing("Floor"),
+            thing("Instance"),
+            thing("Sun"),
+            bpy.data.meshes["Ball"],
+            *bpy.data.materials,
+        )
     ],
     "selection": lambda: thing("Ball").select_set(True),
     "the active object": lambda: setattr(bpy.context.view_layer.objects, "active", thing("Ball")),
@@ -278,6 +291,18 @@ def test_what_makes_it_out_of_date(change, scene):
 def test_what_does_not(change, scene):
     OTHERS[change]()
     assert not caustics.out_of_date(scene)
+
+
+def test_a_bake_of_a_lamp_that_lights_some_things_only_is_up_to_date(scene, monkeypatch):
+    monkeypatch.setattr(caustics, "TRIAL", 1 << 10)
+    chosen = bpy.data.collections.new("Lit")
+    for name in ("Floor", "Ball", "Slide", "Lens", "Light paths"):
+        chosen.objects.link(bpy.data.objects[name])
+    thing("Sun").light_linking.receiver_collection = chosen
+    caustics.bake(scene, photons=1 << 10, texels=32)
+    assert not caustics.out_of_date(scene)
+    chosen.objects.unlink(thing("Floor"))
+    assert caustics.out_of_date(scene)
 
 
 STOPPED = ("bump strength", "a moved instance", "a hook", "lamp nodes", "another frame", "the name of a floor")

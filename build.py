@@ -284,13 +284,6 @@ def blends(python, rest):
 
 def package(python, rest):
     """Build and validate the extension's zip."""
-    staged, target = ROOT / "build" / "nim_addon", ROOT / "dist"
-    shutil.rmtree(staged, ignore_errors=True)
-    leave = shutil.ignore_patterns("__pycache__", "*.pyc")
-    shutil.copytree(ROOT / "nim_addon", staged, ignore=leave)
-    shutil.copytree(ROOT / "osl", staged / "osl", ignore=leave)
-    shutil.copy(ROOT / "LICENSE", staged)
-    target.mkdir(exist_ok=True)
     finder = (
         "import bpy, glob; print(glob.glob(bpy.utils.system_resource('SCRIPTS') + '/addons*/bl_pkg/cli/*_ext.py')[0])"
     )
@@ -298,9 +291,22 @@ def package(python, rest):
     tool = subprocess.run([str(python), "-c", finder], stdout=subprocess.PIPE, text=True).stdout.strip().split("\n")[-1]
     if not tool.endswith(".py"):
         return complain("this Blender has no extension tool.", 1)
-    return run(python, tool, "validate", staged) or run(
-        python, tool, "build", "--source-dir", staged, "--output-dir", target
-    )
+    target = ROOT / "dist"
+    target.mkdir(exist_ok=True)
+    # built beside and renamed: two of these at once do not meet, and one that is stopped leaves no half zip
+    with tempfile.TemporaryDirectory(prefix=".package-", dir=target) as work:
+        staged, made = Path(work, "nim_addon"), Path(work, "made")
+        leave = shutil.ignore_patterns("__pycache__", "*.pyc")
+        shutil.copytree(ROOT / "nim_addon", staged, ignore=leave)
+        shutil.copytree(ROOT / "osl", staged / "osl", ignore=leave)
+        shutil.copy(ROOT / "LICENSE", staged)
+        made.mkdir()
+        code = run(python, tool, "validate", staged)
+        code = code or run(python, tool, "build", "--source-dir", staged, "--output-dir", made)
+        for file in () if code else made.iterdir():
+            os.replace(file, target / file.name)
+            print(target / file.name)
+    return code
 
 
 def docs(python, rest):

@@ -112,13 +112,11 @@ class Borders:
                 continue
             votes = self._around(patch, FRONT)
             misfit = self._lying(patch, own, votes)
-            if misfit and misfit.kind == "overlaps":
+            if misfit:
                 pair = frozenset((patch[:2], misfit.partner[:2]))
-                if pair not in pairs:
+                if misfit.sure or pair not in pairs:
                     found.append(misfit)
                 pairs.add(pair)
-            elif misfit:
-                found.append(misfit)
             elif not any(backs for backs, _, _ in votes):
                 partner = self._against(own, [fronts for _, fronts, _ in votes], 1)
                 if partner:

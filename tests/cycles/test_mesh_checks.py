@@ -491,9 +491,30 @@ def test_a_cup_that_is_wet_in_part_is_not_given_one_outside(scene, reach):
     """A liquid's surface in a cup of one material: the wall below it borders on the liquid, the rest on air."""
     turned("Cup", GLASS, CUP)
     turned("Water", WATER, [(reach, 1.5), (0, 1.5)])
-    those = found(scene)
-    assert "Cup lies partly in n = 1.33 (Water)" in those[0].sentence
-    assert not any(problem.remedy for problem in those)
+    (problem,) = found(scene)
+    assert "Cup lies partly in n = 1.33 (Water)" in problem.sentence and problem.remedy is None
+
+
+LIQUIDS = [
+    ([(0, 0), (1, 0), (1, 2), (0.9, 2), (0.9, 1.5)], GLASS, AIR),
+    ([(0.9, 1.5), (0.9, 0.1), (0, 0.1)], GLASS, NIM),
+    ([(0.9, 1.5), (0, 1.5)], NIM, AIR),
+]
+
+
+def test_a_liquid_of_three_objects_whose_rims_meet(scene):
+    """The glass to the air, the glass to the liquid and the liquid to the air: open, but closed by each other."""
+    for number, (profile, *media) in enumerate(LIQUIDS):
+        turned(f"Part {number}", tuple(media), profile)
+    bubble = add("Bubble", (AIR, NIM), ball(0.2, (0.2, 0.1, 0.7)))
+    assert found(scene) == []
+    interface_nodes(bubble.data.materials[0])[0].inputs["Index Outside"].default_value = 1.0
+    (problem,) = found(scene)
+    assert problem.things == ("Bubble",) and problem.remedy
+    checks.mend(scene)
+    assert codes(scene) == []
+    bpy.data.objects["Part 2"].location.x = 0.2
+    assert "open" in codes(scene)
 
 
 def test_a_liquid_that_stands_off_the_wall_is_right(scene):

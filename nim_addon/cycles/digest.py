@@ -32,6 +32,7 @@ VALUES |= {"INT8": np.int32, "INT32_2D": np.int32, "INT16_2D": np.int32}
 WIDTH = {"FLOAT_VECTOR": 3, "FLOAT2": 2, "FLOAT_COLOR": 4, "BYTE_COLOR": 4, "QUATERNION": 4, "FLOAT4X4": 16}
 WIDTH |= {"INT32_2D": 2, "INT16_2D": 2}
 FIELD = {"FLOAT_VECTOR": "vector", "FLOAT2": "vector", "FLOAT_COLOR": "color", "BYTE_COLOR": "color"}
+OBJECT_INFO = ("INFO", "Random")  # no type and name of an attribute
 INNER = {".corner_vert", ".edge_verts"}  # the attributes with a dot that are no selection
 SAME = 1e-6  # of the size of a thing: what moves by less has not moved
 
@@ -80,15 +81,15 @@ def _surface_mark(one, mesh, trees, scene):
     line = [mark, _place(one.matrix, low, high), [_plain(getattr(one.original, name)) for name in ALIKE]]
     line += [trees.mark(material) for material in one.materials]
     # what these nodes read is the object's, not the material's
-    reads = {kind for material in one.materials for kind in trees.reads(material)}
+    reads = set().union(*(trees.reads(material) for material in one.materials))
     if reads:
         try:
-            values = object_values.values_of(one, scene)
+            values = object_values.values_of(one, scene, reads - {OBJECT_INFO})
         except ValueError:  # which no bake takes
             values = {}
         random = values.pop(object_values.RANDOM, None)
         values.pop(object_values.LOCATION, None)
-        line.append([sorted(values.items()), random if "OBJECT_INFO" in reads else None])
+        line.append([sorted(values.items()), random if OBJECT_INFO in reads else None])
     return repr(line)
 
 
@@ -165,7 +166,7 @@ class _Trees:
         return self._of(owner)[0]
 
     def reads(self, owner):
-        """The types of its nodes that read the object: its attributes, and its random number, made of its name."""
+        """object_values.attributes_of() it, and OBJECT_INFO where it asks for the random number, made of the name."""
         return self._of(owner)[1]
 
     def _of(self, owner):
@@ -178,7 +179,8 @@ class _Trees:
         if owner is None or (isinstance(owner, bpy.types.Material) and not has_nodes(owner)):
             return repr(owner and _plain(owner.diffuse_color)), set()
         owner = owner.evaluated_get(self.depsgraph)
-        line, reads = [_plain(getattr(owner, name, None)) for name in MATERIAL], set()
+        line = [_plain(getattr(owner, name, None)) for name in MATERIAL]
+        reads = object_values.attributes_of(owner) if isinstance(owner, bpy.types.Material) else set()
         output = owner.node_tree.get_output_node("CYCLES")
         for end in output.inputs if output else ():
             nodes = asked(owner, end.name)
@@ -189,9 +191,8 @@ class _Trees:
                 line += [_source(socket, one.path, places) for socket in one.node.inputs if not socket.is_unavailable]
                 if not len(one.node.inputs):
                     line.append([_plain(getattr(socket, "default_value", None)) for socket in one.node.outputs])
-                attribute = one.node.type == "ATTRIBUTE" and one.node.attribute_type != "GEOMETRY"
-                if attribute or (one.node.type == "OBJECT_INFO" and one.node.outputs["Random"].is_linked):
-                    reads.add(one.node.type)
+                if one.node.type == "OBJECT_INFO" and one.node.outputs["Random"].is_linked:
+                    reads.add(OBJECT_INFO)
         return hashlib.sha256(repr(line).encode()).hexdigest(), reads
 
     def _settings(self, owner, depth=0):

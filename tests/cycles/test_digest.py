@@ -293,6 +293,20 @@ def test_what_does_not(change, scene):
     assert not caustics.out_of_date(scene)
 
 
+def test_numbers_of_nodes_are_those_of_the_frame(scene):
+    source = node("NIM", "Own n").outputs[0]
+    for frame, value in ((1, -1.5), (10, -1.6)):
+        source.default_value = value
+        source.keyframe_insert("default_value", frame=frame)
+    thing("Slide").animation_data_clear()
+    scene.frame_set(1)
+    assert not caustics.out_of_date(scene)
+    scene.frame_set(10)
+    assert caustics.out_of_date(scene)
+    scene.frame_set(1)
+    assert not caustics.out_of_date(scene)
+
+
 def test_a_bake_of_a_lamp_that_lights_some_things_only_is_up_to_date(scene, monkeypatch):
     monkeypatch.setattr(caustics, "TRIAL", 1 << 10)
     chosen = bpy.data.collections.new("Lit")

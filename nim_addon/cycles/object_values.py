@@ -14,14 +14,16 @@ RANDOM, LOCATION = "nim_random", "nim_location"  # properties of copies, for wha
 LIKE = ("color", "pass_index")
 
 
-def values_of(one: Shown, scene: bpy.types.Scene, reads: set) -> dict:
+def values_of(one: Shown, scene: bpy.types.Scene, reads: set | None = None) -> dict:
     """Custom properties that a copy of what is Shown must have for its materials to look the same.
 
-    reads: attributes_of() all its materials
+    reads: attributes_of() all its materials, where they are known
 
     Raises ValueError, one sentence, where a material reads an attribute of an instance, which cannot be known.
     """
     values = {RANDOM: one.random, LOCATION: list(one.matrix.translation)}
+    if reads is None:
+        reads = set().union(*(attributes_of(material) for material in one.materials))
     for kind, name in sorted(reads):
         if kind == "INSTANCER" and not one.single and _has_own_attributes(one.parent):
             raise ValueError(

@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import bpy
 
-from .caustics import MULTIPLE
 from .material import asked_interfaces
 from .problem import LINKED, Problem, about, own_data, own_things
+from .shining import MULTIPLE
 from .sight import Sight
 from .visibility import asked, rendered
 

@@ -19,7 +19,8 @@ from .visibility import asked, has_nodes
 FRONT, BACK = "outside", "inside"  # the two sides of a face, by the names of the media there
 POINTS = 12  # on each patch
 LARGEST = 500_000  # faces of a mesh that may stand in a ray's way
-MOST = 2000  # bodies that may
+STANDING, PANEL_STANDING = 3_000_000, 200_000  # faces of all that may, and while a panel waits
+MOST = 1000  # vertices that tell where an instance is
 NEAR = 1e-5  # where rays start, off the face, relative to the size of the mesh
 TOUCHED = 24  # points on each patch that may lie on faces of something else
 AT_ONCE = 500_000  # rays times bodies
@@ -148,6 +149,7 @@ class Surroundings:
 
     blind = False
     eye = None  # (3,) where the camera is
+    beyond = ()  # bounds (2, 3) of what is rendered elsewhere
 
     def __init__(self, bodies: list[Body], memory: dict | None = None):
         self.bodies = [body for body in bodies if body.solid.count and not body.flat]
@@ -321,6 +323,7 @@ class Surroundings:
         own = body.solid.points[body.solid.corners[np.repeat(body.solid.part == part, np.diff(body.solid.begins))]]
         others = [other for other in range(len(self.bodies)) if other != index]
         both = np.stack([self.lows[others], self.highs[others]])
+        both = np.concatenate([both, np.array(self.beyond).reshape(-1, 2, 3).swapaxes(0, 1)], axis=1)
         corners = [both[list(turn), :, range(3)].T for turn in product((0, 1), repeat=3)]
         inside = np.vstack([*corners, [self.eye]])
         inside = np.array([body.local(point) for point in inside]) @ axes.T
@@ -380,26 +383,54 @@ class Surroundings:
 
 def survey(sight: Sight) -> Surroundings:
     """The Surroundings of what a sight.Sight shows; what is over its limit is left out of it."""
-    bodies, memory = [], sight.kept.setdefault("surroundings", {})
+    memory = sight.kept.setdefault("surroundings", {})
     wearers = {one for those in sight.worn.values() for one in those}
     solids = {}  # by mesh, which many may share
-    for one in sorted(sight.shown, key=lambda one: one not in wearers):
-        stands = bodies and len(bodies) < MOST and len(one.mesh.polygons) <= min(LARGEST, sight.limit or LARGEST)
-        if one in wearers or stands:
+
+    def bodies_of(those):
+        for one in those:
             key = one.mesh.as_pointer()
             if key not in solids:
                 solids[key] = sight.measured(one, "solid", Solid)
             if solids[key]:
-                bodies.append(Body(one, solids[key]))
+                yield Body(one, solids[key])
+
+    bodies = [body for body in bodies_of(one for one in sight.shown if one in wearers) if not body.flat]
+    near, beyond = _standing([one for one in sight.shown if one not in wearers], bodies, sight.limit)
+    bodies += bodies_of(near)
     around = Surroundings(bodies, memory)
     if sight.limit is not None and len(around.patches) > PANEL:
         sight.left_out.update(body.name for body in bodies if body.media)
         around = Surroundings(bodies)  # what it does not know is not to be remembered
         around.blind = True
+    around.beyond = beyond
     camera = sight.scene.camera
     if camera:
         around.eye = np.array(camera.evaluated_get(sight.depsgraph).matrix_world.translation)
     return around
+
+
+def _standing(others, interfaces, limit):
+    """Of Shown without an interface those that may stand between interfaces, and the bounds (2, 3) of all the rest."""
+    if not interfaces:
+        return [], []
+    low = np.min([body.low for body in interfaces], axis=0)
+    high = np.max([body.high for body in interfaces], axis=0)
+    margin = 0.01 * np.linalg.norm(high - low)
+    near, beyond, left = [], [], STANDING if limit is None else PANEL_STANDING
+    for one in others:
+        corners = np.array(one.object.bound_box)
+        if one.object.data != one.mesh:  # an instance that geometry nodes made, whose object is another
+            corners = np.array([vertex.co for vertex in one.mesh.vertices[:MOST]]).reshape(-1, 3)
+        matrix = np.array(one.matrix.copy(), float)
+        box = np.array(bounds(corners @ matrix[:3, :3].T + matrix[:3, 3]))
+        count = len(one.mesh.polygons)
+        if (box[0] <= high + margin).all() and (box[1] >= low - margin).all() and count <= min(left, limit or LARGEST):
+            near.append(one)
+            left -= count
+        else:
+            beyond.append(box)
+    return near, beyond
 
 
 def same(one: Medium, other: Medium) -> bool:

@@ -15,6 +15,7 @@ PADDING = 4  # texels around a window
 LEVELS, QUANTILES, SMALLER = 3, (0.05, 0.005, 0.0), 8
 FINEST = 0.75  # of a texture, for the finest windows
 SMALLEST = 64  # edge of a texture
+ROOM = 8  # of the largest texture's size, for all of them together: a thousand tiles lit alike would else take 60 GB
 ENOUGH = 32  # photons that make a kernel wide enough
 RADII = (0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64)  # of kernels, in texels
 
@@ -161,7 +162,8 @@ class Density:
 def layout(all_charts, sample, texels):
     """Textures by the name of their object, for the sides of charts where photons landed.
 
-    sample: photons.Landed of a first try; texels: edge of the largest texture, that of the object where most landed
+    sample: photons.Landed of a first try; texels: edge of the largest texture, that of the object where most landed, or less
+    where many are lit alike (ROOM)
     """
     count = np.bincount(sample.side, minlength=1)
     order = np.argsort(sample.side, kind="stable")
@@ -173,6 +175,7 @@ def layout(all_charts, sample, texels):
         spots = sample.place[order[ends[side] - count[side] : ends[side]]]
         boxes.setdefault(chart.thing, {})[int(side)] = _nested(spots, chart)
     textures, first = {}, 0
+    texels *= min(1.0, float(np.sqrt(ROOM * max(shares.values(), default=1) / max(sum(shares.values()), 1))))
     for name, mine in sorted(boxes.items()):
         number = sum(map(len, mine.values()))
         least = int(np.ceil(np.sqrt(number) * (2 * PADDING + 4)))

@@ -94,9 +94,10 @@ def as_rendered(scene):
             changed.append((owner, name, getattr(owner, name)))
             setattr(owner, name, value)
 
+    closed = [place for place, layer in enumerate(_layers(scene)) if layer.hide_viewport]
     for layer in _layers(scene):
-        put(layer, "hide_viewport", False)
         put(layer.collection, "hide_viewport", False)
+    _close_eyes(scene, closed, False)
     shown = set(rendered(scene))
     for thing in scene.objects:
         if thing in shown:
@@ -116,6 +117,13 @@ def as_rendered(scene):
             thing.hide_set(True, view_layer=view)
         for owner, name, value in reversed(changed):
             setattr(owner, name, value)
+        _close_eyes(scene, closed, True)
+
+
+def _close_eyes(scene, places, closed):
+    """Open or close the eyes of layer collections, by their places in _layers(): Blender may have made them anew."""
+    for place in places:
+        _layers(scene)[place].hide_viewport = closed
 
 
 def shown(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> Iterator[Shown]:

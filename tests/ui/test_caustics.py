@@ -9,6 +9,7 @@ import pytest
 
 from nim_addon.cycles import caustics as engine
 from nim_addon.cycles.material import interface_material
+from nim_addon.cycles.nodes import Nodes, empty_tree
 from nim_addon.physics import Medium
 from nim_addon.scenes import shapes, surfaces
 from nim_addon.ui import caustics, later
@@ -326,8 +327,8 @@ def test_what_is_not_traced_is_said_by_the_button(scene):
         bpy.ops.nim.bake_caustics()
     lamp.data.use_shadow = True
     frosted = bpy.data.materials.new("Frosted")
-    frosted.use_nodes = True
-    frosted.node_tree.nodes["Principled BSDF"].inputs["Transmission Weight"].default_value = 1.0
+    nodes = Nodes(empty_tree(frosted))
+    nodes.end(nodes.add("ShaderNodeBsdfPrincipled", inputs={"Transmission Weight": 1.0, "Roughness": 0.5}))
     scene.objects["Ball"].data.materials[0] = frosted
     with pytest.raises(RuntimeError, match="Frosted of Ball lets light through in part or roughly"):
         bpy.ops.nim.bake_caustics()

@@ -3,10 +3,15 @@
 
 import os
 import re
+import signal
 import sys
 from pathlib import Path
 
 import pytest
+
+# Under nohup the commands that are tried would take the end of a terminal for nothing, as they should.
+if hasattr(signal, "SIGHUP"):
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 def pytest_sessionfinish(session, exitstatus):

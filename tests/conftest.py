@@ -9,9 +9,10 @@ from pathlib import Path
 
 import pytest
 
-# Under nohup the commands that are tried would take the end of a terminal for nothing, as they should.
-if hasattr(signal, "SIGHUP"):
-    signal.signal(signal.SIGHUP, signal.SIG_DFL)
+# In the background of a shell, or under nohup, signals are ignored, by the commands that are tried as well.
+for name, usual in (("SIGINT", signal.default_int_handler), ("SIGQUIT", signal.SIG_DFL), ("SIGHUP", signal.SIG_DFL)):
+    if hasattr(signal, name) and signal.getsignal(getattr(signal, name)) is signal.SIG_IGN:
+        signal.signal(getattr(signal, name), usual)
 
 
 def pytest_sessionfinish(session, exitstatus):

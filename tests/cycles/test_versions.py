@@ -335,6 +335,8 @@ print("survived", bpy.app.version_string)
 
 def run(python, script, path):
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "BLENDER_USER_RESOURCES": str(path.parent)}
+    # the module of Blender 4.2 crashes as it exits where any class was registered
+    script += "import os\nsys.stdout.flush()\nos._exit(0)\n"
     done = subprocess.run(
         [str(python), "-c", script, str(path)], capture_output=True, text=True, env=environment, timeout=120
     )

@@ -25,7 +25,7 @@ PICTURES = {
     "first-index": ("sphere_changed", VIEW),
     "first-cube": ("cube", VIEW),
     "first-cube-rendered": ("cube_rendered", VIEW),
-    "panel": ("node_sidebar", (180, 40, 1312, 780)),
+    "panel": ("node_sidebar", (180, 40, 1312, 748)),
     "checks": ("checks", (1020, 285, 1300, 900)),
     "add-mesh": ("add_mesh", (200, 380, 900, 870)),
     "add-node": ("node_menu", (180, 360, 1000, 850)),

@@ -230,6 +230,8 @@ def check(thing: bpy.types.Object) -> None:
     lamp, name = thing.data, f"the lamp {thing.name}"
     if thing.library or lamp.library:
         raise ValueError(f"{name} is linked from a library, and a bake has to change it; make it local.")
+    if thing.override_library or lamp.override_library:
+        raise ValueError(f"{name} is an override of a library, which does not save what a bake changes; make it local.")
     if not lamp.use_shadow:
         raise ValueError(
             f"{name} throws no shadows, so that it shines through interfaces, and a bake would count that light twice; "

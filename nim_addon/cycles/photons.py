@@ -112,8 +112,8 @@ class Tracer:
             raise ValueError("the scene has no interface or mirror; give a mesh the material of a NIM.")
         if not self.charts:
             raise ValueError(
-                "the scene has no diffuse surface of its own for light to land on (none that is instanced, linked, or in "
-                "another scene too); add a ground or a floor."
+                "the scene has no diffuse surface of its own for light to land on (none that is instanced, linked or "
+                "overridden, or in another scene too); add a ground or a floor."
             )
         self.target = lights.Target(np.concatenate(bent), np.concatenate(corners))
         self.camera = bpy.data.objects.new("NIM photons", bpy.data.cameras.new("NIM photons"))
@@ -309,7 +309,8 @@ def _is_own(instance):
 
 def _can_be_replaced(thing):
     """Whether a copy of an object can stand in its place, which hides it: not in another scene, nor in a library."""
-    return not thing.library and len(thing.users_scene) == 1
+    # nor in an override of one: that it is hidden would be saved, but not the mark by which it comes back
+    return not (thing.library or thing.override_library) and len(thing.users_scene) == 1
 
 
 def _is_plain(matrix):

@@ -24,7 +24,7 @@ DISKS = 6  # lamps for a Gaussian sun
 
 def baked(scene):
     """The collection of the caustics in `scene`, or None."""
-    return next((one for one in scene.collection.children if one.get(OWNER)), None)
+    return next((one for one in scene.collection.children_recursive if one.get(OWNER)), None)
 
 
 def left(scene):
@@ -37,7 +37,7 @@ def left(scene):
 def clear(scene):
     """Take baked caustics out of `scene`: the copies and lamps go, and what they stood for is rendered again."""
     things = [thing for thing in scene.objects if thing.get(OWNER)]
-    collections = [one for one in scene.collection.children if one.get(OWNER)]
+    collections = [one for one in scene.collection.children_recursive if one.get(OWNER)]
     data = {thing.data for thing in things}
     materials = {
         slot.material for thing in things for slot in thing.material_slots if slot.material and slot.material.get(OWNER)

@@ -140,7 +140,10 @@ class Solid:
         # only what is on a rim: elsewhere small things may stay small
         start, end = edges.start[lonely], edges.end[lonely]
         ends = np.unique([start, end])
-        reach = min(WELD * self.size, np.median(np.linalg.norm(self.points[start] - self.points[end], axis=1)) / 4)
+        # what is nearer than coordinates are exact is in one place: a pole of a NURBS sphere is a ring of such points
+        exact = 4 * float(np.spacing(np.abs(self.points[ends]).max()))
+        length = np.median(np.linalg.norm(self.points[start] - self.points[end], axis=1))
+        reach = min(WELD * self.size, max(length / 4, exact))
         pairs = [np.zeros((0, 2), int)]
         for shift in product((0, 0.5), repeat=3) if reach > 0 else ():
             cells = np.floor((self.points[ends] - self.low) / (2 * reach) + shift).astype(np.int64)

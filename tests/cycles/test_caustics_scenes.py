@@ -343,6 +343,42 @@ def test_namesakes_from_a_library_are_told_apart(build, tmp_path):
     assert own["Floor"].hide_render and not to.objects[0].hide_render
 
 
+@pytest.mark.parametrize("name", ["Floor", "Lamp"])
+def test_overrides_of_a_library_stay_as_they_are(name, build, tmp_path, one_sentence):
+    scene = build()
+    held = bpy.data.collections.new("Held")
+    held.objects.link(scene.objects[name])
+    bpy.data.libraries.write(str(tmp_path / "held.blend"), {held})
+    bpy.data.objects.remove(scene.objects[name])
+    with bpy.data.libraries.load(str(tmp_path / "held.blend"), link=True) as (_, to):
+        to.objects = [name]
+    thing = to.objects[0].override_create()
+    scene.collection.objects.link(thing)
+    thing.data.override_create(remap_local_usages=True)
+    # a mark on them is not saved, and nothing would find them again
+    with pytest.raises(ValueError) as error:
+        bake(scene)
+    one_sentence(error.value, "overrid")
+    assert not caustics.left(scene) and not thing.hide_render
+
+
+def test_caustics_may_lie_in_another_collection(build):
+    scene = build()
+    bake(scene)
+    box = bpy.data.collections.new("Box")
+    scene.collection.children.link(box)
+    box.children.link(caustics.baked(scene))
+    scene.collection.children.unlink(caustics.baked(scene))
+    assert caustics.baked(scene) and not caustics.out_of_date(scene)
+    mine = bpy.data.objects.new("Mine", None)
+    caustics.baked(scene).objects.link(mine)
+    scene.objects["Ball"].location.x = 1
+    assert caustics.out_of_date(scene)
+    caustics.clear(scene)
+    assert not caustics.left(scene) and "NIM Caustics" not in bpy.data.collections
+    assert box in set(scene.collection.children) and "Mine" in scene.objects
+
+
 def test_how_things_are_shown_does_not_make_caustics_out_of_date(build):
     scene = build()
     modifier = scene.objects["Ball"].modifiers.new("Decimate", "DECIMATE")

@@ -37,6 +37,14 @@ def test_a_cube_is_closed_and_of_its_volume(split, shift, place):
     assert part.area == pytest.approx(24, rel=1e-3) and part.net < 1e-2 * part.area
 
 
+def test_the_poles_of_a_nurbs_sphere_are_no_holes(empty_file):
+    # a ring of vertices a rounding apart at each
+    bpy.ops.surface.primitive_nurbs_surface_sphere_add()
+    thing = bpy.context.object.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    (part,) = Solid(thing.to_mesh()).parts
+    assert part.closed and part.volume == pytest.approx(4.13, abs=0.01)
+
+
 def test_a_gap_that_can_be_seen_is_no_seam():
     (*_, part) = solid(*cube(), True, 1e-3).parts
     assert part.holes == 4

@@ -89,11 +89,7 @@ def _turns(sight, borders):
     """{object: the faces of its own mesh that must be turned, (F,); None where a modifier makes them so}."""
     found = {body.one.original: None for body in borders.around.bodies if body.media}
     right = {thing: np.zeros(len(thing.data.polygons), bool) for thing in found if thing.type == "MESH"}
-    return {**found, **right, **{body.one.original: _turn(sight, *rest) for body, *rest in _with_body(borders)}}
-
-
-def _with_body(borders):
-    return [(body, body, wrong, ill) for body, wrong, ill in _turned(borders)]
+    return {**found, **right, **{body.one.original: _turn(sight, body, *parts) for body, *parts in _turned(borders)}}
 
 
 def _turn(sight, body, wrong, ill):

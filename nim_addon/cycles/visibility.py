@@ -95,21 +95,21 @@ def as_rendered(scene):
             setattr(owner, name, value)
 
     closed = [place for place, layer in enumerate(_layers(scene)) if layer.hide_viewport]
-    for layer in _layers(scene):
-        put(layer.collection, "hide_viewport", False)
-    _close_eyes(scene, closed, False)
-    shown = set(rendered(scene))
-    for thing in scene.objects:
-        if thing in shown:
-            put(thing, "hide_viewport", False)
-            if thing.hide_get(view_layer=view):
-                eyes.append(thing)
-                thing.hide_set(False, view_layer=view)
-        for modifier in thing.modifiers:
-            put(modifier, "show_viewport", modifier.show_render)
-            if hasattr(modifier, "render_levels"):
-                put(modifier, "levels", modifier.render_levels)
     try:
+        for layer in _layers(scene):
+            put(layer.collection, "hide_viewport", False)
+        _close_eyes(scene, closed, False)
+        shown = set(rendered(scene))
+        for thing in scene.objects:
+            if thing in shown:
+                put(thing, "hide_viewport", False)
+                if thing.hide_get(view_layer=view):
+                    eyes.append(thing)
+                    thing.hide_set(False, view_layer=view)
+            for modifier in thing.modifiers:
+                put(modifier, "show_viewport", modifier.show_render)
+                if hasattr(modifier, "render_levels"):
+                    put(modifier, "levels", modifier.render_levels)
         with bpy.context.temp_override(scene=scene, view_layer=view):
             yield bpy.context.evaluated_depsgraph_get()
     finally:

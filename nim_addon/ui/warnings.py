@@ -26,7 +26,10 @@ class _Found:
 
     def __init__(self, scene, limit):
         windows = bpy.context.window_manager.windows
-        layer = next((one.view_layer for one in windows if one.scene == scene), scene.view_layers[0])
+        layer = next((one.view_layer for one in windows if one.scene == scene), None)
+        if layer is None:  # nobody has evaluated it
+            layer = scene.view_layers[0]
+            layer.update()
         sight = look(scene, layer.depsgraph, limit, _kept)
         self.backends = checks.backends(sight.worn)
         self.problems = checks.found_in(sight)
@@ -165,8 +168,8 @@ def _changed(scene, depsgraph=None):
     _fresh.clear()
     for update in depsgraph.updates if depsgraph else ():
         if update.is_updated_geometry:
-            # a mesh may be worn by many objects: which of them, the objects' own updates say
-            _kept.pop(update.id.session_uid, None)
+            # a mesh may be worn by many objects: which of them, the objects' own updates say; evaluated, they have no number
+            _kept.pop(update.id.original.session_uid, None)
 
 
 @persistent

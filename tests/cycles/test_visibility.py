@@ -3,6 +3,7 @@
 import bpy
 import pytest
 
+from nim_addon.cycles import visibility
 from nim_addon.cycles.material import asked_interfaces, interface_material, interface_node, interface_of
 from nim_addon.cycles.nodes import empty_tree
 from nim_addon.cycles.visibility import as_rendered, asked, shown, value_of
@@ -124,6 +125,23 @@ def in_group(nim_values):
     output = tree.nodes.new("ShaderNodeOutputMaterial")
     tree.links.new(outer.outputs["Shader"], output.inputs["Surface"])
     return material
+
+
+def test_what_fails_while_it_is_made_ready_leaves_the_scene_as_it_was(scene, nim, monkeypatch):
+    held = bpy.data.collections.new("Held")
+    held.objects.link(box(scene, nim))
+    scene.collection.children.link(held)
+    layer = scene.view_layers[0].layer_collection.children["Held"]
+    held.hide_viewport = layer.hide_viewport = True
+
+    def fail(scene):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(visibility, "rendered", fail)
+    with pytest.raises(KeyboardInterrupt), as_rendered(scene):
+        pass
+    assert held.hide_viewport
+    assert layer.hide_viewport
 
 
 def test_interface_in_a_persons_group(scene):

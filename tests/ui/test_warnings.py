@@ -204,6 +204,27 @@ def test_the_panel_knows_of_a_change_without_being_told(scene, spoil):
     assert len(warnings.found(scene)) == 1 and warnings.found(scene) == checks.problems(scene)
 
 
+def test_a_mesh_that_changes_is_measured_anew(scene):
+    from nim_addon.ui import warnings
+
+    bpy.context.view_layer.update()
+    assert warnings.found(scene) == []
+    cube().data.flip_normals()
+    cube().data.update()
+    bpy.context.view_layer.update()
+    assert [problem.code for problem in warnings.found(scene)] == ["normals"]
+
+
+def test_a_scene_that_was_never_evaluated_is_looked_at(scene):
+    from nim_addon.ui import warnings
+
+    other = bpy.data.scenes.new("Other")
+    settings.lossless(other, "nodes")
+    cube().data.flip_normals()
+    other.collection.objects.link(cube())
+    assert [problem.code for problem in warnings.found(other)] == ["normals"]
+
+
 def test_looking_is_no_change(scene, monkeypatch):
     from nim_addon.ui import warnings
 

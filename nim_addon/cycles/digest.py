@@ -14,9 +14,8 @@ import numpy as np
 
 from . import lights, object_values
 from .nodes import uses_nodes
-from .visibility import as_rendered, asked, has_nodes, shown, source_of, value_of
+from .visibility import PATHS, as_rendered, asked, has_nodes, shown, source_of, value_of
 
-PATHS = "nim_light_paths"  # of the curves that show light paths (ui.light_paths.MARK), which neither light nor shade
 # what a copy must have of an object to look like it
 ALIKE = ("visible_camera", "visible_diffuse", "visible_glossy", "visible_transmission", "visible_volume_scatter")
 ALIKE += ("visible_shadow", "is_shadow_catcher", "is_holdout", "color", "pass_index")

@@ -59,7 +59,7 @@ def _normals(sight, borders):
             "normals",
             text,
             ("Turn them in" if inwards else "Turn them out") if mask is not None else None,
-            _worn(body),
+            body.worn,
             mask is None and body.one.original.type == "MESH",
             count=len(wrong) + len(ill),
             parts=len(parts),
@@ -179,7 +179,7 @@ def _holes(sight, borders):
         own = _own_or_shown(sight, body)
         modified = own is not None and not any(part.holes for part in own.parts)
         code, remedy = "open_volume" if filled else "open", "Close the holes" if own else None
-        one = about(thing, code, text, remedy, filled or _worn(body), modified)
+        one = about(thing, code, text, remedy, filled or body.worn, modified)
         if one.remedy and not _can_close(sight, thing, own):
             sheet = any(part.is_sheet for part in own.parts if part.holes)
             one = one._replace(remedy=None, texts=one.texts if sheet else (*one.texts, BY_HAND))
@@ -280,7 +280,7 @@ def _doubled(sight, borders):
             # a wall between two bodies, once on each side, would still be there
             remedy = "Remove the second ones" if own and not own.backed.any() else None
             modified = own is not None and not own.doubled.any()
-            found[thing] = about(thing, "doubled", text, remedy, _worn(body), modified, count=int(worn.sum()))
+            found[thing] = about(thing, "doubled", text, remedy, body.worn, modified, count=int(worn.sum()))
     return list(found.values())
 
 
@@ -309,10 +309,6 @@ def _own_or_shown(sight, body):
     if thing.type != "MESH":
         return None
     return _own(sight, thing) if thing.modifiers else body.solid
-
-
-def _worn(body):
-    return tuple(sorted({body.one.materials[slot].name for slot in body.media}))
 
 
 class _Edited:

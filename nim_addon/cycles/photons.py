@@ -16,7 +16,7 @@ from .charts import Chart, Part, read
 from .nodes import Nodes, empty_tree
 from .object_values import give, values_of
 from .render import pixels_of
-from .visibility import as_rendered, rendered, shown
+from .visibility import PATHS, as_rendered, rendered, shown
 
 ATTRIBUTE = "nim_place"
 KINDS = ("objects", "meshes", "materials", "worlds", "cameras", "scenes", "node_groups")
@@ -100,6 +100,8 @@ class Tracer:
                 if instance.is_instance and not _is_own(instance)
             }
             for one in shown(self.source, depsgraph):
+                if one.original.get(PATHS):
+                    continue
                 lit = one.single and one.original not in sources and _can_be_replaced(one.original)
                 copy, bends, box = self._add(one, depsgraph, lit)
                 if copy is None:

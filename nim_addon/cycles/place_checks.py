@@ -50,7 +50,7 @@ def _touching(around):
             remedy = "Move it a little"
             values["step"] = (-GAP * one.size * ways[index, other] / np.linalg.norm(ways[index, other])).tolist()
         things = (one.name, two.name) if other in points else (one.name,)
-        found.append(Problem("touching", (text,), values, remedy, things, _worn(one)))
+        found.append(Problem("touching", (text,), values, remedy, things, one.worn))
     return found
 
 
@@ -84,7 +84,7 @@ def _coarse(sight, around):
                 "{error:.0f} % off: subdivide it, or shade it flat."
             )
             error = COARSE_ERROR * angle**2
-            found[thing] = about(thing, "coarse", text, None, _worn(body), angle=angle, error=error)
+            found[thing] = about(thing, "coarse", text, None, body.worn, angle=angle, error=error)
     return list(found.values())
 
 
@@ -135,12 +135,8 @@ def _far(around):
                     "{name} is {times:,.0f} times its size away from the origin, too far for the numbers of a render: move "
                     "everything there."
                 )
-                found[thing] = about(thing, "far", text, None, _worn(body), times=times)
+                found[thing] = about(thing, "far", text, None, body.worn, times=times)
     return list(found.values())
-
-
-def _worn(body):
-    return tuple(sorted({body.one.materials[slot].name for slot in body.media}))
 
 
 MENDS = {"touching": _move}

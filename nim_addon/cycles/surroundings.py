@@ -14,7 +14,7 @@ from ..physics import Medium
 from .material import asked_interfaces, interface_of
 from .sight import Sight
 from .solids import Solid, bounds
-from .visibility import asked, has_nodes
+from .visibility import PATHS, asked, has_nodes
 
 FRONT, BACK = "outside", "inside"  # the two sides of a face, by the names of the media there
 POINTS = 12  # on each patch
@@ -80,6 +80,11 @@ class Body:
     def name(self):
         """Of the object in the file."""
         return self.one.original.name
+
+    @property
+    def worn(self):
+        """Names of its interface materials, sorted."""
+        return tuple(sorted({self.one.materials[slot].name for slot in self.media}))
 
     @cached_property
     def inverse(self):
@@ -396,7 +401,8 @@ def survey(sight: Sight) -> Surroundings:
                 yield Body(one, solids[key])
 
     bodies = [body for body in bodies_of(one for one in sight.shown if one in wearers) if not body.flat]
-    near, beyond = _standing([one for one in sight.shown if one not in wearers], bodies, sight.limit)
+    others = [one for one in sight.shown if one not in wearers and not one.original.get(PATHS)]
+    near, beyond = _standing(others, bodies, sight.limit)
     bodies += bodies_of(near)
     around = Surroundings(bodies, memory)
     if sight.limit is not None and len(around.patches) > PANEL:

@@ -16,6 +16,7 @@ from .nodes import uses_nodes
 
 OWNER = "nim_caustics"  # marks what a bake (caustics.Bake) put into the scene
 HIDDEN = "nim_caustics_hidden"  # and what it put a copy in the place of
+PATHS = "nim_light_paths"  # of the curves that show light paths (ui.light_paths), which neither light nor shade
 INTERFACE = "nim_interface"  # the custom property of the node groups that are interfaces (material.MARK)
 NUMBERS = tuple(f"{kind} {side}" for kind in ("Index", "Permeability") for side in ("Inside", "Outside"))
 

@@ -10,13 +10,13 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, FloatVectorProp
 
 from ..cycles.meshes import Meshes
 from ..cycles.nodes import Nodes, empty_tree
+from ..cycles.visibility import PATHS as MARK
 from ..cycles.visibility import as_rendered, shown
 from ..physics.rays import MOST, Fate, Kind, trace
 from . import light_sources
 
 COLLECTION = "NIM Light Paths"
-# The custom property of all we draw; that of an object holds the source it was drawn for.
-MARK = "nim_light_paths"
+# MARK is the custom property of all we draw; that of an object holds the source it was drawn for.
 
 # Linear colours: light arrives yellow, is reflected blue, and goes on orange.
 COLORS = {Kind.INCIDENT: (1.0, 0.80, 0.25), Kind.REFLECTED: (0.10, 0.60, 1.0), Kind.TRANSMITTED: (1.0, 0.20, 0.02)}

@@ -12,6 +12,7 @@ from mathutils import Matrix
 
 from nim_addon.cycles import checks, mesh_checks, settings
 from nim_addon.cycles.material import interface_material, interface_nodes
+from nim_addon.cycles.visibility import PATHS
 from nim_addon.physics import MEDIA, Medium
 from nim_addon.scenes import SCENES, shapes
 from nim_addon.scenes.cube import CubeParameters
@@ -267,6 +268,8 @@ def test_a_sheet_that_spans_all_that_is_seen_is_right(scene):
     assert codes(scene) == []
     buoy.location.y = 600
     assert codes(scene) == ["open"]
+    buoy[PATHS] = "sun"  # drawn light paths are no part of what is seen
+    assert codes(scene) == []
 
 
 def test_a_hole_that_other_things_close_is_none(scene):

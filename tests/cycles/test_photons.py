@@ -11,6 +11,7 @@ from nim_addon.cycles.charts import charts_of
 from nim_addon.cycles.lights import Sun
 from nim_addon.cycles.material import interface_material
 from nim_addon.cycles.photons import Tracer
+from nim_addon.cycles.visibility import PATHS
 from nim_addon.physics import Interface, Medium
 from nim_addon.scenes import shapes, surfaces
 from nim_addon.scenes.stage import Stage
@@ -70,6 +71,15 @@ def test_what_is_shaded_gets_nothing(empty_file):
     # what the other half mirrors lands on the shade, from below
     mirrored = math.cos(THETA) / 2 * float(interface.fresnel(math.cos(THETA)).R)
     assert power[names == "Shade", 0].sum() == pytest.approx(mirrored, rel=0.1)
+
+
+def test_drawn_light_paths_shade_nothing(empty_file):
+    scene = stage_of(Medium(-1.33), "nodes", shade=((-30 * math.tan(THETA), -2), (20, 2)))
+    scene.objects["Shade"][PATHS] = "sun"
+    names, place, _ = landed(scene, Sun(DOWN, (1, 1, 1), 0.0))
+    shift = math.tan(float(Interface(Medium(-1.33)).theta_t(THETA)))
+    assert set(names) == {"Floor"}
+    assert (place[:, 0].min(), place[:, 0].max()) == pytest.approx((shift - 0.5, shift + 0.5), abs=0.01)
 
 
 @pytest.mark.parametrize("gaussian", [False, True])

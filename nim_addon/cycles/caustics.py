@@ -27,6 +27,7 @@ from .shining import left as left  # beside clear(), which it is asked before
 from .visibility import OWNER, as_rendered
 
 DIGEST = "nim_caustics_of"  # of the collection: digest() of the scene that was traced
+STANDING = "nim_caustics_standing"  # and a mark of shining.standing() as it was left
 PHOTONS = 1 << 24
 PASS = 1 << 20  # photons of a round
 SAVING = 20  # seconds between two savings of a bake
@@ -156,6 +157,7 @@ class Bake:
         if self.sun:
             collection[SKY] = self.scene.world
             shining.hide_sun(self.scene.world)
+        collection[STANDING] = _standing(self.scene)
         return self.density.power(self.done)
 
     def save(self, file):
@@ -250,6 +252,17 @@ def best_way(scene):
 
 
 def out_of_date(scene, meshes=None):
-    """Whether `scene` has caustics of another shape, place, medium or light than it has now; `meshes` as for digest()."""
+    """Whether `scene` has caustics of another shape, place, medium or light than it has now; `meshes` as for digest().
+
+    Also where the copies that shine are not those that were put there, or stand elsewhere.
+    """
     collection = baked(scene)
-    return collection is not None and collection.get(DIGEST) != digest(scene, meshes)
+    if collection is None:
+        return False
+    now = _standing(scene)
+    # an earlier version left no such mark
+    return collection.get(STANDING, now) != now or collection.get(DIGEST) != digest(scene, meshes)
+
+
+def _standing(scene):
+    return hashlib.sha256(shining.standing(scene).encode()).hexdigest()

@@ -34,6 +34,13 @@ def left(scene):
     )
 
 
+def standing(scene):
+    """A mark of which copies there are and where: one that was taken for its surface may be moved, or deleted."""
+    copies = [thing for thing in scene.objects if thing.get(OWNER) and thing.type == "MESH"]
+    # as they are saved: a matrix is made anew by each machine
+    return repr(sorted([*thing.location, *thing.rotation_euler, *thing.scale] for thing in copies))
+
+
 def clear(scene):
     """Take baked caustics out of `scene`: the copies and lamps go, and what they stood for is rendered again."""
     things = [thing for thing in scene.objects if thing.get(OWNER)]

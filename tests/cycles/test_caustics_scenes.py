@@ -379,6 +379,26 @@ def test_caustics_may_lie_in_another_collection(build):
     assert box in set(scene.collection.children) and "Mine" in scene.objects
 
 
+def test_a_copy_that_was_taken_for_its_surface_makes_caustics_out_of_date(build, tmp_path):
+    scene = build()
+    scene.objects["Floor"].rotation_euler = (0.1, 0.2, 0.3)
+    bake(scene)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "baked.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "baked.blend"))
+    scene = bpy.context.scene
+    copy = next(one for one in caustics.baked(scene).objects if one.type == "MESH")
+    copy.name, copy.hide_viewport = "Mine", True
+    assert not caustics.out_of_date(scene)
+    copy.location.x += 1
+    assert caustics.out_of_date(scene)
+    copy.location.x -= 1
+    assert not caustics.out_of_date(scene)
+    bpy.data.objects.remove(copy)
+    assert caustics.out_of_date(scene)
+    bake(scene)
+    assert not caustics.out_of_date(scene)
+
+
 def test_how_things_are_shown_does_not_make_caustics_out_of_date(build):
     scene = build()
     modifier = scene.objects["Ball"].modifiers.new("Decimate", "DECIMATE")

@@ -250,7 +250,7 @@ def _sweep(part):
     with contextlib.suppress(OSError):  # killed before there was a lock
         return part.rmdir()
     try:
-        lock = os.open(part / LOCK, os.O_RDWR | os.O_NOFOLLOW)
+        lock = os.open(part / LOCK, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK)
     except FileNotFoundError:
         if part.name.endswith(".gone"):  # killed while it was taken away
             stopping.remove(part)

@@ -177,6 +177,15 @@ def test_what_was_killed_at_any_moment_is_swept(state, tmp_path):
     assert not names(tmp_path)
 
 
+def test_a_lock_that_is_no_file_is_not_waited_for(tmp_path):
+    """The folder for temporary files is everybody's."""
+    part = tmp_path / ".a.0123abcd.part"
+    part.mkdir()
+    os.mkfifo(part / files.LOCK)
+    files.writable_folder(tmp_path)
+    assert names(part) == [files.LOCK]
+
+
 def test_another_computers_parts_are_left_alone(tmp_path):
     part = tmp_path / ".a.0123abcd.part"
     part.mkdir()

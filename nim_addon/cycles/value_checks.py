@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 import bpy
@@ -81,7 +81,7 @@ def _curve(setting, scene):
     for track in animation.nla_tracks:
         played += [(strip.action, getattr(strip, "action_slot", None), strip) for strip in track.strips]
     for action, slot, strip in played:
-        for curve in _curves(action, slot):
+        for curve in curves_of(action, slot):
             if curve.data_path == path and curve.array_index == index:
                 start, end = scene.frame_start, scene.frame_end
                 if strip:  # in its own time, which the strip moves
@@ -90,7 +90,8 @@ def _curve(setting, scene):
     return None, 0, 0
 
 
-def _curves(action, slot):
+def curves_of(action: bpy.types.Action | None, slot) -> Iterable:
+    """The bpy.types.FCurve of an action that animate what has that slot of it; `slot`: None before Blender 4.4."""
     if action is None:
         return []
     if not getattr(action, "is_action_layered", False):  # from 4.4; from 5.0 there is no other

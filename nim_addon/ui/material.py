@@ -17,6 +17,7 @@ from ..cycles.material import (
     resolve,
     switch_backend,
 )
+from ..cycles.value_checks import curves_of
 from ..physics import MEDIA, Interface, Medium
 from ..physics.media import LEAST, MOST
 from . import curve, preferences, warnings
@@ -377,18 +378,8 @@ def _animated(material, socket):
     if animation is None:
         return False
     path = socket.path_from_id("default_value")
-    curves = [*animation.drivers]
-    if animation.action and hasattr(animation.action, "fcurves"):
-        curves += animation.action.fcurves
-    elif animation.action:  # from 5.0
-        curves += [
-            one
-            for layer in animation.action.layers
-            for strip in layer.strips
-            for bag in strip.channelbags
-            for one in bag.fcurves
-        ]
-    return any(one.data_path == path for one in curves)
+    keyed = curves_of(animation.action, getattr(animation, "action_slot", None))
+    return any(one.data_path == path for one in (*animation.drivers, *keyed))
 
 
 def draw_media(layout, context, material, sides=SIDES):

@@ -202,6 +202,17 @@ def test_linked_and_animated_sockets_are_drawn_as_such(material, draw):
     assert "n: from the node tree" in layout.text and "The node tree decides n or mu" in layout.text
 
 
+@pytest.mark.skipif(bpy.app.version < (4, 4), reason="there an action is of one thing only")
+def test_keyframes_of_another_material_in_the_same_action_decide_nothing(material, draw):
+    other = material.copy()
+    (node,) = interface_nodes(other)
+    node.inputs["Index Inside"].keyframe_insert("default_value")
+    animation = material.node_tree.animation_data_create()
+    animation.action = other.node_tree.animation_data.action
+    animation.action_slot = animation.action.slots.new("NODETREE", "Mine")
+    assert ("prop", "n_inside") in draw(material).drawn
+
+
 def test_without_an_interface_the_panel_offers_one(addon, draw):
     drawn = draw(bpy.data.materials["Material"]).drawn
     assert ("operator", "nim.convert") in drawn

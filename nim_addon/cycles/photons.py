@@ -11,6 +11,7 @@ import numpy as np
 from mathutils.bvhtree import BVHTree
 
 from . import charts, lights, settings
+from .animation import curves_of
 from .bending import POWER, WHITE, Bending, switch
 from .charts import Chart, Part, read
 from .nodes import Nodes, empty_tree
@@ -115,7 +116,7 @@ class Tracer:
         if not self.charts:
             raise ValueError(
                 "the scene has no diffuse surface of its own for light to land on (none that is instanced, linked or "
-                "overridden, or in another scene too); add a ground or a floor."
+                "overridden, in another scene too, or shown and hidden by keyframes); add a ground or a floor."
             )
         self.target = lights.Target(np.concatenate(bent), np.concatenate(corners))
         self.camera = bpy.data.objects.new("NIM photons", bpy.data.cameras.new("NIM photons"))
@@ -312,7 +313,14 @@ def _is_own(instance):
 def _can_be_replaced(thing):
     """Whether a copy of an object can stand in its place, which hides it: not in another scene, nor in a library."""
     # nor in an override of one: that it is hidden would be saved, but not the mark by which it comes back
-    return not (thing.library or thing.override_library) and len(thing.users_scene) == 1
+    return not (thing.library or thing.override_library) and len(thing.users_scene) == 1 and not _comes_back(thing)
+
+
+def _comes_back(thing):
+    """Whether keyframes or a driver of its visibility would show an object again, beside its copy."""
+    curves = [curve for curve, _ in curves_of(thing)]
+    curves += thing.animation_data.drivers if thing.animation_data else []
+    return any(curve.data_path == "hide_render" for curve in curves)
 
 
 def _is_plain(matrix):

@@ -5,12 +5,13 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import bpy
 
 from ..physics.media import LEAST, MOST
+from .animation import curves_of
 from .material import asked_interfaces
 from .problem import LINKED, Problem
 from .sight import Sight
@@ -73,32 +74,14 @@ def over_time(setting: Setting, scene: bpy.types.Scene) -> list[tuple]:
 
 def _curve(setting, scene):
     """The bpy.types.FCurve that animates a Setting, or None, and the frames that it is seen on."""
-    animation = setting.socket.id_data.animation_data
-    if animation is None:
-        return None, 0, 0
     path, index = setting.socket.path_from_id("default_value"), setting.place or 0
-    played = [(animation.action, getattr(animation, "action_slot", None), None)]
-    for track in animation.nla_tracks:
-        played += [(strip.action, getattr(strip, "action_slot", None), strip) for strip in track.strips]
-    for action, slot, strip in played:
-        for curve in curves_of(action, slot):
-            if curve.data_path == path and curve.array_index == index:
-                start, end = scene.frame_start, scene.frame_end
-                if strip:  # in its own time, which the strip moves
-                    start, end = math.floor(strip.action_frame_start), math.ceil(strip.action_frame_end)
-                return curve, start, end
+    for curve, strip in curves_of(setting.socket.id_data):
+        if curve.data_path == path and curve.array_index == index:
+            start, end = scene.frame_start, scene.frame_end
+            if strip:  # in its own time, which the strip moves
+                start, end = math.floor(strip.action_frame_start), math.ceil(strip.action_frame_end)
+            return curve, start, end
     return None, 0, 0
-
-
-def curves_of(action: bpy.types.Action | None, slot) -> Iterable:
-    """The bpy.types.FCurve of an action that animate what has that slot of it; `slot`: None before Blender 4.4."""
-    if action is None:
-        return []
-    if not getattr(action, "is_action_layered", False):  # from 4.4; from 5.0 there is no other
-        return action.fcurves
-    strips = [strip for layer in action.layers for strip in layer.strips if strip.type == "KEYFRAME"]
-    bags = [strip.channelbag(slot) for strip in strips] if slot else []
-    return [curve for bag in bags if bag for curve in bag.fcurves]
 
 
 def _wrong_number(sight, setting):

@@ -8,6 +8,7 @@ import bpy
 import numpy as np
 from bpy.app.translations import pgettext_iface, pgettext_rpt
 
+from ..cycles.animation import curves_of
 from ..cycles.material import (
     backend_of,
     interface_nodes,
@@ -17,7 +18,6 @@ from ..cycles.material import (
     resolve,
     switch_backend,
 )
-from ..cycles.value_checks import curves_of
 from ..physics import MEDIA, Interface, Medium
 from ..physics.media import LEAST, MOST
 from . import curve, preferences, warnings
@@ -378,7 +378,7 @@ def _animated(material, socket):
     if animation is None:
         return False
     path = socket.path_from_id("default_value")
-    keyed = curves_of(animation.action, getattr(animation, "action_slot", None))
+    keyed = [curve for curve, _ in curves_of(material.node_tree)]
     return any(one.data_path == path for one in (*animation.drivers, *keyed))
 
 

@@ -267,6 +267,26 @@ def test_what_another_scene_shows_too_is_not_hidden(build, one_sentence):
     assert not scene.objects["Floor"].hide_render
 
 
+@pytest.mark.parametrize("way", ["keyframes", "strip", "driver"])
+def test_what_keyframes_show_again_is_not_hidden(way, build, one_sentence):
+    scene = build()
+    floor = scene.objects["Floor"]
+    if way == "driver":
+        floor.driver_add("hide_render").driver.expression = "0"
+    else:
+        floor.keyframe_insert("hide_render", frame=1)
+    if way == "strip":
+        animation = floor.animation_data
+        strip = animation.nla_tracks.new().strips.new("Strip", 1, animation.action)
+        if hasattr(strip, "action_slot"):
+            strip.action_slot = animation.action_slot
+        animation.action = None
+    with pytest.raises(ValueError) as error:
+        bake(scene)
+    one_sentence(error.value, "keyframes")
+    assert not floor.hide_render
+
+
 def test_the_copy_is_seen_as_the_surface_is(build, render):
     scene = build()
     floor = scene.objects["Floor"]

@@ -144,6 +144,14 @@ class Bake:
             copies = list(self._copies(name, texture))
             baked.append((name, copies, self.density.irradiance(name, self.done), shining.layers(texture)))
         clear(self.scene)
+        try:
+            self._replace(baked)
+        except BaseException:  # nothing is left halfway between the scene and its caustics
+            clear(self.scene)
+            raise
+        return self.density.power(self.done)
+
+    def _replace(self, baked):
         collection = bpy.data.collections.new(COLLECTION)
         collection[OWNER], collection[DIGEST] = True, digest(self.scene)
         self.scene.collection.children.link(collection)
@@ -158,7 +166,6 @@ class Bake:
             collection[SKY] = self.scene.world
             shining.hide_sun(self.scene.world)
         collection[STANDING] = _standing(self.scene)
-        return self.density.power(self.done)
 
     def save(self, file):
         """Keep the state in a file (path), whole or not at all, for load()."""

@@ -53,9 +53,10 @@ def found_in(sight):
     """The Problems that all of CHECKS find in a sight.Sight."""
     if getattr(sight.scene, "cycles", None) is None:
         return []
+    beside = ray_checks.other_layers(sight.scene)
     if not sight.worn:
-        return ray_checks.layers(sight) if ray_checks.overridden(sight.scene) else []
-    return [problem for check in CHECKS for problem in check(sight)]
+        return (ray_checks.layers(sight) if ray_checks.overridden(sight.scene) else []) + beside
+    return [problem for check in CHECKS for problem in check(sight)] + beside
 
 
 def setting_problems(scene, backends):

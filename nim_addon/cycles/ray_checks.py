@@ -115,6 +115,19 @@ def shadow_tricks(sight: Sight) -> list[Problem]:
     return found
 
 
+def other_layers(scene: bpy.types.Scene) -> list[Problem]:
+    """The Problems of interfaces that only a view layer behind the first shows, where nobody looks for them."""
+    first, *others = scene.view_layers
+    looked_at, found = set(rendered(scene)) if others else set(), []
+    text = "Only the view layer {layer} shows {name}: checks, caustics and light paths look at the first one, {first}."
+    for view in others:
+        for thing in rendered(scene, view) if view.use else ():
+            if thing not in looked_at and any(asked_interfaces(slot.material) for slot in thing.material_slots):
+                values = {"layer": view.name, "name": thing.name, "first": first.name}
+                found.append(Problem("other_layers", (text,), values, None, (thing.name,)))
+    return found
+
+
 def overridden(scene: bpy.types.Scene) -> bool:
     """Whether an interface of the scene is not rendered because a view layer overrides all materials."""
     if not any(layer.material_override and layer.use for layer in scene.view_layers):

@@ -59,17 +59,20 @@ def is_rendered(thing):
     return not thing.get(OWNER) and (not thing.hide_render or bool(thing.get(HIDDEN)))
 
 
-def rendered(scene):
-    """The objects, in the order of the scene, that a render of `scene` without baked caustics shows by themselves."""
+def rendered(scene, view=None):
+    """The objects, in the order of the scene, that a render of `scene` without baked caustics shows by themselves.
+
+    view: the bpy.types.ViewLayer that is rendered; None for the first
+    """
     held = set()
-    for layer in _layers(scene):
+    for layer in _layers(scene, view):
         held.update(layer.collection.objects)
     return [thing for thing in scene.objects if thing in held and is_rendered(thing)]
 
 
-def _layers(scene):
-    """The layer collections of the first view layer that are rendered."""
-    view = scene.view_layers[0]
+def _layers(scene, view=None):
+    """The layer collections of a view layer, the first if None, that are rendered."""
+    view = view or scene.view_layers[0]
     if view.layer_collection is None:  # from 5.2, until a new scene's view layer has been asked for
         view.update()
     found, queue = [], [view.layer_collection]

@@ -402,6 +402,10 @@ TEXTS = {
         "La capa de visualización {layer} pone {material} en lugar de todos los materiales: no se procesa interfaz alguna."
     ),
     "Take the override away": "Quitar el material sustituto",
+    "Only the view layer {layer} shows {name}: checks, caustics and light paths look at the first one, {first}.": (
+        "Solo la capa de visualización {layer} muestra {name}: las comprobaciones, las cáusticas y los rayos miran la "
+        "primera, {first}."
+    ),
     "View layer {layer} renders {samples} samples, not the {all} of the scene.": (
         "La capa de visualización {layer} procesa {samples} muestras, no las {all} de la escena."
     ),

@@ -440,3 +440,16 @@ def test_a_state_that_is_none_and_a_folder_that_is_not_there(build, tmp_path, on
     with pytest.raises(OSError) as error:
         bake(scene, file=tmp_path / "nowhere" / "state")
     one_sentence(error.value, "nowhere")
+
+
+def test_a_bake_that_fails_at_its_end_leaves_the_scene_as_it_was(build, monkeypatch):
+    scene = build()
+
+    def full(*_):
+        raise MemoryError("no room for another lamp")
+
+    monkeypatch.setattr(caustics.shining, "split", full)
+    with pytest.raises(MemoryError):
+        bake(scene)
+    assert not caustics.baked(scene) and not any(thing.hide_render for thing in scene.objects)
+    assert not [thing.name for thing in scene.objects if "NIM" in thing.name]

@@ -495,3 +495,20 @@ def test_looking_changes_nothing(scene):
     assert slab().hide_viewport
     with as_rendered(scene):
         assert not slab().hide_viewport
+
+
+def test_an_interface_that_only_a_later_view_layer_shows_is_said(scene):
+    later = scene.view_layers.new("Later")
+    alone = bpy.data.collections.new("Alone")
+    scene.collection.children.link(alone)
+    assert "other_layers" not in codes(scene)  # both show it
+    scene.collection.objects.unlink(slab())
+    alone.objects.link(slab())
+    scene.view_layers[0].layer_collection.children["Alone"].exclude = True
+    (problem,) = checks.problems(scene)
+    assert problem.sentence == (
+        "Only the view layer Later shows Slab: checks, caustics and light paths look at the first one, "
+        f"{scene.view_layers[0].name}."
+    )
+    later.use = False
+    assert not checks.problems(scene)

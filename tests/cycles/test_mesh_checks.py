@@ -48,7 +48,8 @@ def mesh_of(*pieces, split=False, without=0):
     shape = bmesh.new()
     for kind, how, at, inwards in pieces:
         before = set(shape.faces)
-        getattr(bmesh.ops, f"create_{kind}")(shape, matrix=Matrix.Translation(at), **how)
+        operator = f"create_{kind}"  # bmesh.ops keeps no more than a pointer to the name, which must outlive the call
+        getattr(bmesh.ops, operator)(shape, matrix=Matrix.Translation(at), **how)
         if inwards:
             bmesh.ops.reverse_faces(shape, faces=[face for face in shape.faces if face not in before])
     bmesh.ops.delete(shape, geom=list(shape.faces)[:without], context="FACES_ONLY")

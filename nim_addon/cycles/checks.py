@@ -118,7 +118,7 @@ def _use_osl(scene, problem):
 
 
 # Each finds the Problems of its kind in a sight.Sight; slow ones are quick where Sight.measured() has kept what they know.
-CHECKS = [*ray_checks.CHECKS, value_checks.find, mesh_checks.find]
+CHECKS = [*ray_checks.CHECKS, value_checks.find, value_checks.bumps, mesh_checks.find]
 # {code of a Problem that has a remedy: function(scene, problem) that does it}
 MENDS = {
     "engine": _use_cycles,

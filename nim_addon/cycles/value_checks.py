@@ -15,9 +15,11 @@ from .animation import curves_of
 from .material import asked_interfaces
 from .problem import LINKED, Problem
 from .sight import Sight
-from .visibility import end_of
+from .visibility import asked, end_of, value_of
 
 NUMBERS = ("Index Inside", "Permeability Inside", "Index Outside", "Permeability Outside")
+# Of a Bump node, in pixels: beyond it, its normals may be those of no surface, and total reflection on them traps light.
+WIDEST_FILTER, FILTER = 0.5, 0.1
 # An animation is looked at on each of its frames, and on this many of them where it is longer.
 FRAMES = 2000
 
@@ -118,6 +120,36 @@ def _wrong_tint(sight, setting):
     return None
 
 
+def bumps(sight: Sight) -> list[Problem]:
+    """The Problems of bumps whose heights are taken so far apart that light is lost."""
+    found = []
+    for material in sight.worn:
+        widths = [_filter_width(*one) for one in asked(material) if one.node.type == "BUMP"]
+        if any(width is not None and width > WIDEST_FILTER for width in widths):
+            texts = (
+                "{material} takes the heights of its bumps a whole pixel apart: small ones lose up to 8 % of the light.",
+            )
+            remedy = "Narrow the filter"
+            if bpy.app.version < (4, 5):  # where it cannot be set
+                texts, remedy = (*texts, "Render it larger, or in Blender 4.5 or later."), None
+            elif material.library:
+                texts, remedy = (*texts, LINKED), None
+            found.append(Problem("bump_filter", texts, {"material": material.name}, remedy, (), (material.name,)))
+    return found
+
+
+def _filter_width(node, path):
+    socket = node.inputs.get("Filter Width")
+    return value_of(socket, path) if socket else 1.0
+
+
+def _narrow(scene, problem):
+    for name in problem.materials:
+        for node, path in asked(bpy.data.materials[name, None]):
+            if node.type == "BUMP" and (_filter_width(node, path) or 0) > WIDEST_FILTER:
+                end_of(node.inputs["Filter Width"], path)[0].default_value = FILTER
+
+
 def _frame(frame):
     return None if frame is None else f"{frame:g}"
 
@@ -139,4 +171,4 @@ def _bring_into_range(scene, problem):
                     setting.socket.default_value[setting.place] = value
 
 
-MENDS = {"tint": _bring_into_range}
+MENDS = {"tint": _bring_into_range, "bump_filter": _narrow}

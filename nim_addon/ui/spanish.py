@@ -406,6 +406,11 @@ TEXTS = {
         "Solo la capa de visualización {layer} muestra {name}: las comprobaciones, las cáusticas y los rayos miran la "
         "primera, {first}."
     ),
+    "{material} takes the heights of its bumps a whole pixel apart: small ones lose up to 8 % of the light.": (
+        "{material} toma las alturas de su relieve a un píxel entero de distancia: el relieve fino pierde hasta un 8 % de la luz."
+    ),
+    "Render it larger, or in Blender 4.5 or later.": "Procésalo más grande, o con Blender 4.5 o posterior.",
+    "Narrow the filter": "Estrechar el filtro",
     "View layer {layer} renders {samples} samples, not the {all} of the scene.": (
         "La capa de visualización {layer} procesa {samples} muestras, no las {all} de la escena."
     ),

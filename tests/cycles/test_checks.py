@@ -512,3 +512,21 @@ def test_an_interface_that_only_a_later_view_layer_shows_is_said(scene):
     )
     later.use = False
     assert not checks.problems(scene)
+
+
+def test_bumps_of_a_wide_filter_are_said_and_narrowed(scene):
+    tree = nim().node_tree
+    bump = tree.nodes.new("ShaderNodeBump")
+    tree.links.new(tree.nodes.new("ShaderNodeTexNoise").outputs[0], bump.inputs["Height"])
+    if "Filter Width" in bump.inputs:
+        assert not checks.problems(scene)  # linked to nothing
+        bump.inputs["Filter Width"].default_value = 1.0
+    interface = next(node for node in tree.nodes if node.type == "GROUP")
+    tree.links.new(bump.outputs["Normal"], interface.inputs["Normal"])
+    (problem,) = checks.problems(scene)
+    assert problem.code == "bump_filter"
+    if "Filter Width" in bump.inputs:
+        assert checks.mend(scene) and not checks.problems(scene)
+        assert bump.inputs["Filter Width"].default_value == pytest.approx(0.1)
+    else:
+        assert problem.remedy is None and "4.5" in problem.sentence

@@ -38,6 +38,7 @@ NOT_SHOWN = {
     "Volume": "socket",
     "Transparent Depth": "socket",
     "Is Shadow Ray": "socket",
+    "Filter Width": "socket",
     "Workbench": "name of an engine, the same in every language",
     "Cycles": "name of an engine, the same in every language",
     "NIM for Blender": "name of the add-on and its asset library",

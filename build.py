@@ -249,7 +249,7 @@ def install(packages):
 
 def part_of_addon(name):
     """A module of nim_addon that needs nothing but the standard library."""
-    spec = importlib.util.spec_from_file_location(name, ROOT / "nim_addon" / f"{name}.py")
+    spec = importlib.util.spec_from_file_location(name, ROOT / "nim_addon" / "base" / f"{name}.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module

@@ -88,7 +88,7 @@ class Floor:
 
     def __init__(self, bake):
         charts = bake.tracer.charts
-        from nim_addon.cycles.density import LEVELS
+        from nim_addon.caustics.density import LEVELS
 
         number = next(k for k, one in enumerate(charts) if one.thing.startswith("Basin") and one.axis == 4)
         self.name, self.number, self.key = charts[number].thing, number, LEVELS * 2 * number
@@ -100,7 +100,7 @@ class Floor:
 
     def counted(self, bake, cells):
         """A Density of that grid: a texture without a kernel, whose texels are the cells."""
-        from nim_addon.cycles.density import Density, Texture, Window
+        from nim_addon.caustics.density import Density, Texture, Window
 
         size = self.grid(cells)
         texel = (self.high - self.low)[0] / cells
@@ -133,7 +133,7 @@ def truth(scene, name, photons, cells, cache, light=None):
 
 
 def _counted(scene, name, photons, cells, cache, light, seed):
-    from nim_addon.cycles import caustics
+    from nim_addon import caustics
 
     file = Path(cache, f"caustics-{name}-{photons / 1e6:g}-{cells}-{seed}.npz")
     with caustics.Bake(scene, light, photons=photons, seed=seed) as bake:
@@ -185,7 +185,8 @@ class Traced(NamedTuple):
 
 def traced(scene, photons, seed, light=None):
     """Trace that many photons; returns a Traced."""
-    from nim_addon.cycles import caustics, charts
+    from nim_addon import caustics
+    from nim_addon.caustics import atlas
 
     start = now()
     with caustics.Bake(scene, light, photons=photons, seed=seed) as bake:
@@ -197,7 +198,7 @@ def traced(scene, photons, seed, light=None):
         window = bake.density.textures[floor.name].windows[floor.key]
         number = floor.number
         chart = bake.tracer.charts[number]
-        area = charts.area(bake.tracer.parts, chart, number, window.low, window.texel, window.cells)
+        area = atlas.area(bake.tracer.parts, chart, number, window.low, window.texel, window.cells)
         return Traced(floor, bake.density, irradiance, area, bake.done, spent)
 
 
@@ -240,7 +241,8 @@ def one_bake(liquid, million):
     """What speed() asks of a process of its own."""
     import bpy
 
-    from nim_addon.cycles import caustics, lights
+    from nim_addon import caustics
+    from nim_addon.caustics import lights
     from nim_addon.scenes import pool
 
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
@@ -367,7 +369,7 @@ def kernels(options):
 
 def estimates(one):
     """Names of estimates and their irradiance (H, W) a texel, of a Traced."""
-    from nim_addon.cycles.density import ENOUGH
+    from nim_addon.caustics.density import ENOUGH
 
     density, floor, area = one.density, one.floor, one.area
     texture = density.textures[floor.name]
@@ -392,7 +394,7 @@ def estimates(one):
 
 def nearest(flux, count, area, enough):
     """Power per area (H, W) as a photon map has it: about each texel the smallest box that holds `enough` photons."""
-    from nim_addon.cycles.density import RADII
+    from nim_addon.caustics.density import RADII
 
     answer, left = np.zeros_like(flux), area > 0
     for radius in RADII:
@@ -414,7 +416,8 @@ def boxes(values, radius):
 
 def peers(options):
     """Mitsuba's particle tracer beside ours, on water under a sun that is a point."""
-    from nim_addon.cycles import caustics, lights
+    from nim_addon import caustics
+    from nim_addon.caustics import lights
     from nim_addon.scenes import pool
 
     print("\nWater under a sun of 0 degrees, beside Mitsuba's particle tracer")

@@ -16,7 +16,7 @@ from types import SimpleNamespace
 import bpy
 import numpy as np
 
-from nim_addon.cycles import caustics, checks
+from nim_addon import caustics, checks
 from nim_addon.cycles.material import interface_material
 from nim_addon.cycles.render import quiet
 from nim_addon.physics import Medium

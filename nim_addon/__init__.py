@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """NIM for Blender: negative-index materials, rendered with Cycles by the physics."""
 
-__version__ = "0.1.0"
-
+from .base.version import VERSION as __version__  # noqa: F401
 
 _commands = []
 

@@ -19,11 +19,10 @@ def script():
             signal.signal(number, _end)  # until there is more to it
     except KeyboardInterrupt:  # which is heard first of all, as 2
         _end(2)
-    from . import stopping
-    from .base import streams
+    from .base import signals, streams
 
     streams.prepare()
-    stopping.watch()
+    signals.watch()
     try:
         from . import cli
     except ModuleNotFoundError as error:

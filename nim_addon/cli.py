@@ -12,11 +12,10 @@ import signal
 import sys
 from pathlib import Path
 
-from . import __version__ as VERSION
-from . import libraries, stopping
-from .base import records, streams
+from .base import libraries, records, signals, streams
 from .base.progress import Bar, Output
-from .base.words import fit, printable
+from .base.text import fit, printable
+from .base.version import VERSION
 from .physics import MEDIA, Interface, Medium
 from .physics.media import to_number
 
@@ -104,7 +103,7 @@ def script():
         code = stop.code
     if lost := streams.close():
         code = _complain(lost, code or FAILURE)
-    stopping.leave(code)
+    signals.leave(code)
 
 
 # ------------------------------------------------------------------------------------------------ what a person writes
@@ -354,7 +353,7 @@ def _render_options(one):
 def _bpy():
     """Blender as a module, of a version that can render a NIM; Failure says what to do about it otherwise."""
     try:
-        with stopping.importing():
+        with signals.importing():
             import bpy
     except ImportError as error:
         raise Failure(libraries.why_not(error)) from None
@@ -433,7 +432,7 @@ def _compare(arguments):
     _bpy()
     kind = _scene_type(arguments.scene)
     from .base.files import check_targets
-    from .cycles.montage import montage
+    from .renders.montage import montage
     from .scenes.parameters import file_name
 
     variants = []
@@ -483,8 +482,9 @@ def _make(arguments, kind, parameters, record, name, output):
 
     A frame of a sequence that is there already, made of the same, is left as it is.
     """
+    from . import caustics
     from .base.files import writable_folder
-    from .cycles import caustics, material, render
+    from .cycles import material, render
 
     backend = material.resolve(arguments.backend or record.get("backend", "auto"))
     denoise = arguments.denoise if arguments.denoise is not None else record.get("denoise", False)
@@ -546,7 +546,7 @@ def _make(arguments, kind, parameters, record, name, output):
 
 
 def _trace_caustics(scene, made, output, file):
-    from .cycles import caustics
+    from . import caustics
 
     texels = 512 if made["photons"] < 1 << 20 else 2048
     with output.tracing(made) as show:

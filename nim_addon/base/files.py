@@ -11,7 +11,7 @@ import tempfile
 import unicodedata
 from pathlib import Path
 
-from .. import stopping
+from . import signals
 
 try:
     import fcntl
@@ -158,7 +158,7 @@ def _rename(files, targets, part):
     for file in files:
         _to_disk(file)
     done = []
-    with stopping.step():
+    with signals.step():
         try:
             for number, (file, target) in enumerate(zip(files, targets, strict=True)):
                 former = part / f"former.{number}"
@@ -209,14 +209,14 @@ def _part_of(folder, name):
     # beside the result, so that the last step is a rename; its own name is longer
     short = os.fsencode(name)[:100].decode(errors="ignore")
     with contextlib.ExitStack() as stack:
-        with stopping.step():
+        with signals.step():
             held = False
             while not held:  # another process may sweep it before there is a lock
                 part = Path(tempfile.mkdtemp(prefix=f".{short}.", suffix=".part", dir=folder))
                 taken = stack.enter_context(contextlib.ExitStack())
-                taken.enter_context(stopping.begun(lambda part=part: stopping.remove(part)))
+                taken.enter_context(signals.begun(lambda part=part: signals.remove(part)))
                 held = not fcntl or _is_locked(part, taken)
-        with stopping.interruptible():
+        with signals.interruptible():
             yield part
 
 
@@ -253,13 +253,13 @@ def _sweep(part):
         lock = os.open(part / LOCK, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK)
     except FileNotFoundError:
         if part.name.endswith(".gone"):  # killed while it was taken away
-            stopping.remove(part)
+            signals.remove(part)
         return None
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         # of another computer's process the lock may tell nothing here
         if os.read(lock, 1000) in (b"", _host()):
-            stopping.remove(part)
+            signals.remove(part)
     finally:
         os.close(lock)
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..base import records
 from ..base.files import files_to, is_full, temporary
-from ..stopping import step
+from ..base.signals import step
 
 # The attribute of our images that holds, as JSON, everything that made them.
 ATTRIBUTE = "nimray"

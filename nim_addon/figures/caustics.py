@@ -10,7 +10,7 @@ import math
 import bpy
 import numpy as np
 
-from ..cycles import lights
+from ..caustics import lights
 from ..physics import Interface
 from ..physics.rays import Fate, Plane, Shapes, Sphere, trace
 from ..scenes import glass, sphere, surfaces

@@ -13,8 +13,8 @@ import numpy as np
 from mathutils.bvhtree import BVHTree
 
 from ..physics import MEDIA, Interface
-from ..physics.predict import picture
 from ..physics.rays import Cylinder, Plane, Shapes
+from ..physics.reference_image import picture
 from ..scenes import glass as scene_of
 from ..scenes import shapes as meshes
 from ..scenes import surfaces

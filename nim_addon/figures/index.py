@@ -6,9 +6,9 @@ import re
 from pathlib import Path, PurePosixPath
 from urllib.parse import quote
 
-from .. import __version__ as VERSION
 from ..base import records
 from ..base.files import files_to
+from ..base.version import VERSION
 from .recipes import in_order
 
 TITLE = "Figures, rendered and measured"

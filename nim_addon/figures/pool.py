@@ -10,7 +10,7 @@ import math
 import bpy
 import numpy as np
 
-from ..cycles import lights
+from ..caustics import lights
 from ..cycles.nodes import Nodes, empty_tree
 from ..physics import Interface
 from ..scenes import pool, surfaces

@@ -11,10 +11,12 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from .. import __version__ as VERSION
+from .. import caustics
 from ..base.files import check_targets, files_to, sweep, writable_folder
-from ..cycles import caustics, montage, render, script_node
+from ..base.version import VERSION
+from ..cycles import render, script_node
 from ..cycles.material import resolve
+from ..renders import montage
 from ..scenes import scene_type
 from ..scenes.stage import aim
 from . import index
@@ -181,7 +183,7 @@ def _image(recipe, files, quality, backend, showing):
             "blender": bpy.app.version_string,
             "pose": [pose.eye, pose.target, pose.field_of_view, pose.fit],
             "change": _change(recipe.change),
-            "code": _code("physics", "cycles", "scenes"),
+            "code": _code("physics", "cycles", "caustics", "scenes"),
         }
         wanted = json.loads(json.dumps(wanted))  # as it comes back from a file
         if _made(file) != wanted:

@@ -13,8 +13,8 @@ import numpy as np
 
 from ..cycles.nodes import Nodes, empty_tree
 from ..physics import Interface
-from ..physics.predict import passes
 from ..physics.rays import Plane, Shapes, Sphere
+from ..physics.reference_image import passes
 from ..scenes import sphere as scene_of
 from ..scenes.stage import Pose
 from .claims import Claim

@@ -6,7 +6,7 @@ import difflib
 import math
 from pathlib import Path
 
-from ..base.words import fit
+from ..base.text import fit
 from ..physics import MEDIA, Medium
 from ..physics.media import plain_minus, to_number
 

@@ -9,7 +9,8 @@ import bpy
 import mathutils
 import numpy as np
 
-from ..cycles import caustics, settings
+from .. import caustics
+from ..cycles import settings
 from ..cycles.material import resolve
 
 # Marks what belongs to a stage.

@@ -6,7 +6,7 @@ import math
 import bpy
 import numpy as np
 
-from ..cycles import lights
+from ..caustics import lights
 from ..cycles.nodes import Nodes, empty_tree
 
 

@@ -9,10 +9,11 @@ from bpy.app.handlers import persistent
 from bpy.app.translations import pgettext_iface, pgettext_rpt
 from bpy.props import EnumProperty, IntProperty, PointerProperty
 
+from .. import caustics
 from ..base.progress import duration
-from ..cycles import caustics, lights
-from ..cycles.digest import digest, forget_changed
-from . import later, scenes
+from ..caustics import lights
+from ..caustics.digest import digest, forget_changed
+from . import deferred, scenes
 
 MILLION = 1_000_000  # photons in the panel's unit
 ROUND = 1 << 18  # photons of a round, at most: a window does not answer meanwhile
@@ -57,7 +58,7 @@ class NIM_PG_caustics(bpy.types.PropertyGroup):
 class Run:
     """A bake under way: step() by step, then keep() what is traced; close() takes away what was made for tracing.
 
-    Raises ValueError, one sentence, as cycles.caustics.Bake does.
+    Raises ValueError, one sentence, as caustics.Bake does.
     """
 
     def __init__(self, scene):
@@ -179,7 +180,7 @@ def _look(scene):
     uid = scene.session_uid
     # what is being edited is not evaluated as it will be rendered
     if uid not in _fresh and bpy.context.mode == "OBJECT":
-        later.do(_renew, uid, after=SETTLED if uid in _known else 0.0)
+        deferred.do(_renew, uid, after=SETTLED if uid in _known else 0.0)
     return _known.get(uid)
 
 

@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 from bpy.app.translations import pgettext_iface, pgettext_rpt
 
-from ..cycles import checks
+from .. import checks
 from ..cycles.material import asked_interfaces, interface_material, interface_nodes, interface_of
 from ..cycles.visibility import materials_of
 from . import material as material_ui

@@ -6,7 +6,7 @@ from collections import OrderedDict
 import bpy.utils.previews
 import numpy as np
 
-from . import later
+from . import deferred
 
 # Colours, 0 to 1: the ground, axes and grid, text, and the curves.
 GROUND, GRID, TEXT = (0.11, 0.11, 0.12), (0.25, 0.25, 0.27), (0.72, 0.72, 0.72)
@@ -106,7 +106,7 @@ def icon(interface, size, scale=1.0):
     if key in _shown:
         _shown.move_to_end(key)
         return _shown[key].icon_id
-    later.do(_make, key)
+    deferred.do(_make, key)
     newest = next(reversed(_shown), None)
     return _shown[newest].icon_id if newest else 0
 

@@ -5,7 +5,7 @@ import bpy
 from bpy.app.translations import pgettext_rpt as rpt_
 
 from ..cycles import versions
-from . import later
+from . import deferred
 
 
 class NIM_OT_update_file(bpy.types.Operator):
@@ -44,7 +44,7 @@ _groups = 0  # how many there were when they were last looked through
 @bpy.app.handlers.persistent
 def update_imported(*_):
     """Called by Blender after it appended or linked something; the rest waits until it is done with that."""
-    later.do(update_opened_file)
+    deferred.do(update_opened_file)
 
 
 @bpy.app.handlers.persistent
@@ -53,7 +53,7 @@ def update_if_more(*_):
     global _groups
     before, _groups = _groups, len(bpy.data.node_groups)
     if _groups > before:
-        later.do(update_opened_file)
+        deferred.do(update_opened_file)
 
 
 HANDLERS = {"load_post": update_opened_file}

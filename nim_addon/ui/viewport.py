@@ -8,7 +8,7 @@ import blf
 import bpy
 from bpy.app.translations import pgettext_iface
 
-from ..cycles import checks
+from .. import checks
 from . import warnings
 
 TEXT = "{engine} draws this view and cannot bend a ray backwards: its interfaces are wrong. Use Rendered, with Cycles."

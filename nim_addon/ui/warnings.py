@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The wrong settings that cycles.checks finds, each with the button that mends it."""
+"""The wrong settings that the checks find, each with the button that mends it."""
 
 import textwrap
 
@@ -7,9 +7,10 @@ import bpy
 from bpy.app.handlers import persistent
 from bpy.app.translations import pgettext_iface, pgettext_rpt
 
-from ..cycles import checks, mesh_checks, ray_checks
-from ..cycles.sight import look
-from . import later
+from .. import checks
+from ..checks import mesh_checks, ray_checks
+from ..checks.sight import look
+from . import deferred
 
 # A mesh of more faces is measured when asked for, not while a panel is drawn.
 LARGEST = 50_000
@@ -51,7 +52,7 @@ def known(scene):
     there = _found.get(scene.session_uid)
     fresh = there and scene.session_uid in _fresh and there.is_true_of(scene)
     if not fresh and not _is_playing():
-        later.do(_renew, scene.session_uid)
+        deferred.do(_renew, scene.session_uid)
     return _found.get(scene.session_uid)
 
 
@@ -199,5 +200,5 @@ def unregister():
     """Stop watching."""
     for name, handler in _HANDLERS:
         getattr(bpy.app.handlers, name).remove(handler)
-    later.stop()
+    deferred.stop()
     forget()

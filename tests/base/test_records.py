@@ -9,7 +9,7 @@ import pytest
 
 from nim_addon import __version__ as VERSION
 from nim_addon import cli
-from nim_addon.base import records, words
+from nim_addon.base import records, text
 from nim_addon.cycles import render
 
 RECORD = {
@@ -40,7 +40,7 @@ def again(file, capsys, *more):
     """What the command says that repeats an image, and its exit code."""
     code = cli.main(["render", "--again", file, "--out", str(file) + " new", *more])
     printed = capsys.readouterr()
-    assert words.printable(printed.err.replace("\n", "")) == printed.err.replace("\n", "")
+    assert text.printable(printed.err.replace("\n", "")) == printed.err.replace("\n", "")
     return code, printed
 
 

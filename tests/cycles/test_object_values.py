@@ -5,11 +5,11 @@ import bpy
 import numpy as np
 import pytest
 
-from nim_addon.cycles import caustics
-from nim_addon.cycles.lights import Sun
+from nim_addon import caustics
+from nim_addon.caustics.lights import Sun
+from nim_addon.caustics.photons import Tracer
 from nim_addon.cycles.material import asked_interfaces, interface_material
 from nim_addon.cycles.nodes import Nodes, empty_tree
-from nim_addon.cycles.photons import Tracer
 from nim_addon.physics import Interface, Medium
 from nim_addon.scenes import shapes, surfaces
 from nim_addon.scenes.stage import Stage

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from nim_addon.cycles import caustics as photons
+from nim_addon import caustics as photons
 from nim_addon.figures import caustics
 from nim_addon.figures.measure import Camera
 from nim_addon.figures.recipes import Image

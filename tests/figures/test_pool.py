@@ -7,7 +7,7 @@ import functools
 import numpy as np
 import pytest
 
-from nim_addon.cycles import caustics
+from nim_addon import caustics
 from nim_addon.figures import pool, run
 from nim_addon.figures.measure import Camera
 from nim_addon.figures.recipes import Figure, Image, Recipe

@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 import pytest
 
-from nim_addon.cycles import caustics
+from nim_addon import caustics
 from nim_addon.cycles.nodes import Nodes, empty_tree
 from nim_addon.physics import Interface, Medium
 from nim_addon.scenes import pool, scene_type, surfaces, waves

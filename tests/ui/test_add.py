@@ -5,8 +5,8 @@ import bpy
 import numpy as np
 import pytest
 
+from nim_addon.checks.solids import Solid
 from nim_addon.cycles.material import interface_nodes, interface_of
-from nim_addon.cycles.solids import Solid
 from nim_addon.physics import MEDIA, Medium
 
 

@@ -7,12 +7,12 @@ import bpy
 import numpy as np
 import pytest
 
-from nim_addon.cycles import caustics as engine
+from nim_addon import caustics as engine
 from nim_addon.cycles.material import interface_material
 from nim_addon.cycles.nodes import Nodes, empty_tree
 from nim_addon.physics import Medium
 from nim_addon.scenes import shapes, surfaces
-from nim_addon.ui import caustics, later
+from nim_addon.ui import caustics, deferred
 
 KINDS = (
     "scenes",
@@ -185,8 +185,8 @@ def test_a_change_is_looked_at_once_it_is_still(monkeypatch):
         app=types.SimpleNamespace(background=False, timers=stand_in),
         context=types.SimpleNamespace(window_manager=manager),
     )
-    monkeypatch.setattr(later, "bpy", stand_in)
-    monkeypatch.setattr(later, "time", types.SimpleNamespace(monotonic=lambda: now[0]))
+    monkeypatch.setattr(deferred, "bpy", stand_in)
+    monkeypatch.setattr(deferred, "time", types.SimpleNamespace(monotonic=lambda: now[0]))
 
     def wait(seconds):
         now[0] += seconds
@@ -196,15 +196,15 @@ def test_a_change_is_looked_at_once_it_is_still(monkeypatch):
             if again is not None:
                 timers[function] = now[0] + again
 
-    later.do(done.append, "late", after=0.5)
-    later.do(done.append, "soon")
+    deferred.do(done.append, "late", after=0.5)
+    deferred.do(done.append, "soon")
     wait(0)
     assert done == ["soon"]
     for _ in range(3):
         wait(0.4)
-        later.do(done.append, "late", after=0.5)
+        deferred.do(done.append, "late", after=0.5)
     assert done == ["soon"]
-    later.do(lambda: later.do(done.append, "more"))
+    deferred.do(lambda: deferred.do(done.append, "more"))
     wait(0)
     assert done == ["soon", "more"]
     wait(0.5)

@@ -14,21 +14,13 @@ from pathlib import Path
 import bpy
 import pytest
 
-from nim_addon import ui
-from nim_addon.cycles import (
-    border_checks,
-    checks,
-    mesh_checks,
-    place_checks,
-    problem,
-    ray_checks,
-    settings,
-    value_checks,
-)
+from nim_addon import checks, ui
+from nim_addon.checks import border_checks, mesh_checks, place_checks, ray_checks, value_checks
+from nim_addon.cycles import problem, settings
 from nim_addon.cycles.material import SOCKETS
 from nim_addon.ui import translations
 
-# The modules whose texts are looked for: what the panels show of cycles.checks is written there.
+# The modules whose texts are looked for: what the panels show of the checks is written there.
 SOURCES = [source for source in sorted(Path(ui.__file__).parent.glob("*.py")) if source.stem != "spanish"]
 CHECKS = (checks, border_checks, mesh_checks, place_checks, problem, ray_checks, settings, value_checks)
 SOURCES += [Path(module.__file__) for module in CHECKS]

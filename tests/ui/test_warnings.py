@@ -4,7 +4,9 @@
 import bpy
 import pytest
 
-from nim_addon.cycles import checks, mesh_checks, settings
+from nim_addon import checks
+from nim_addon.checks import mesh_checks
+from nim_addon.cycles import settings
 from nim_addon.cycles.material import interface_material, interface_nodes, osl_available
 from nim_addon.cycles.problem import MODIFIED
 from nim_addon.physics import Medium
@@ -346,7 +348,7 @@ def test_large_meshes_are_measured_when_asked(scene, press, monkeypatch):
 
 
 def test_many_interfaces_are_looked_at_when_asked(scene, press, monkeypatch):
-    from nim_addon.cycles import surroundings
+    from nim_addon.checks import surroundings
     from nim_addon.ui import warnings
 
     monkeypatch.setattr(surroundings, "PANEL", 1)

@@ -1,0 +1,24 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Caustics: light traced from the lamps, baked into what shines on the surfaces where it landed.
+
+lights -> photons (a render from the light) -> atlas, density (textures) -> placing (copies that shine), held together by
+baking.Bake; digest says whether a bake still is of its scene.
+"""
+
+from ..cycles.visibility import OWNER
+from .baking import PHOTONS, Bake, bake, best_way, out_of_date
+from .placing import COLLECTION, baked, clear, left
+
+__all__ = [
+    "BAKED",
+    "COLLECTION",
+    "OWNER",
+    "PHOTONS",
+    "Bake",
+    "bake",
+    "baked",
+    "best_way",
+    "clear",
+    "left",
+    "out_of_date",
+]

@@ -1,0 +1,343 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What photons are bent, mirrored and absorbed by: copies of materials that do so exactly, and count it apart.
+
+Photons tell where they landed by colour, which nothing on their way may change. So what takes colour from light, tints and
+absorbing volumes, has a switch: off for where photons land, on for what is left of them.
+"""
+
+from typing import NamedTuple
+
+import bpy
+
+from ..cycles.material import MARK, fill_group, interface_of
+from ..cycles.nodes import Nodes, empty_tree
+from ..cycles.object_values import attributes_of, carry
+from ..cycles.visibility import asked, has_nodes, is_interface, value_of
+
+# Within a medium light is counted for less (photons.Tracer). The share of a crossing, (n_i / n_t)^2, travels as a colour
+# (1, 2 - s, s), which must stay positive and of mean 1, so that no path changes: s is the share to a small power.
+POWER = 0.05
+WHITE = (1.0, 1.0, 1.0)
+SHINY = 0.003  # Cycles takes a rougher closure as not quite a mirror, and finds lamps in it
+THROUGH = "Through"  # the socket of the photons' interface for a factor on what passes, not on what is reflected
+DIFFUSE = {"BSDF_DIFFUSE", "EEVEE_SPECULAR", "SUBSURFACE_SCATTERING", "BSDF_TRANSLUCENT"}
+MIRRORS = {"BSDF_GLOSSY", "BSDF_GLASS", "BSDF_REFRACTION"}
+MIXERS = {"MIX_SHADER", "ADD_SHADER"}
+
+
+class Kind(NamedTuple):
+    """What a material is to photons.
+
+    copy:  the material that does to photons what it does to light; None where it neither bends nor mirrors nor absorbs
+    bends: whether it bends or mirrors; lands: whether light lands on it
+    reads: (kind, name) of the attributes that it reads of its object (object_values)
+    """
+
+    copy: bpy.types.Material | None
+    bends: bool
+    lands: bool
+    reads: set
+
+
+class Bending:
+    """The materials that bend photons, made as they are asked for.
+
+    group:  the interface for photons; trees: all node trees that have switches; dark: the material of what only stops light
+    shares: of a crossing into each of the interfaces met so far, (n_outside / n_inside)^2, None where a node decides it
+    tinted: whether any of them takes colour from light
+    """
+
+    def __init__(self):
+        self.trees, self.shares, self.tinted, self._made = [], set(), False, {}
+        self.group = self._optics()
+        self.dark = bpy.data.materials.new("NIM dark")
+        nodes = Nodes(empty_tree(self.dark))
+        nodes.end(nodes.add("ShaderNodeHoldout"))
+
+    def of(self, material, name):
+        """What a material, or None, is to photons: a Kind.
+
+        Raises ValueError, one sentence, where light goes through it in a way that is not traced; name: of who wears it.
+        """
+        key = material and material.name_full
+        if key not in self._made:
+            check(material, name)
+            sharp = bends(material)
+            copy = self._copy(material) if sharp or is_volume(material) else None
+            self._made[key] = Kind(copy, sharp, copy is None and lands(material), attributes_of(material))
+        return self._made[key]
+
+    def set(self, **switches):
+        """Give the switches of that name, in all trees, a value."""
+        for tree in self.trees:
+            for name, value in switches.items():
+                if f"NIM {name}" in tree.nodes:
+                    tree.nodes[f"NIM {name}"].outputs[0].default_value = value
+
+    def _copy(self, material):
+        copy = material.copy()
+        own_groups(copy.node_tree)
+        carry(copy)
+        trees = {copy.node_tree}
+        for node, path in asked(copy):
+            if is_interface(node):
+                self._note(node, path)
+            trees.add(node.id_data)
+            kind = kind_of(node, path)
+            if kind == "glass":
+                self._vitrify(node, path)
+            elif kind == "mirror":
+                self._tame(node, path)
+            elif node.type == "EMISSION":
+                _unlinked(node.inputs["Strength"]).default_value = 0.0
+        for tree in trees:
+            for node in tree.nodes:
+                if is_interface(node):
+                    node.node_tree = self.group
+        output = copy.node_tree.get_output_node("CYCLES")
+        if output.inputs["Volume"].is_linked:
+            self.tinted = True
+            nodes = Nodes(copy.node_tree)
+            # not quite 0, where Cycles would leave the volume away, and take what has no surface for an opaque one
+            factor = nodes.math("MAXIMUM", switch(nodes, "tinted"), 1e-20)
+            volume = nodes.add(
+                "ShaderNodeMixShader", inputs={0: factor, 2: output.inputs["Volume"].links[0].from_socket}
+            )
+            nodes.feed(output.inputs["Volume"], volume.outputs[0])
+        self.trees += trees
+        return copy
+
+    def _note(self, node, path):
+        """Remember what an interface does to light: to its counting, and to its colour."""
+        interface = interface_of(node, path)
+        self.shares.add(interface and round((interface.outside.n / interface.inside.n) ** 2, 9))
+        self.tinted |= not _is_white(node.inputs["Tint"], path)
+
+    def _vitrify(self, glass, path):
+        """Put our interface, whose crossings are counted, in the place of a Glass or Principled BSDF: they are the same."""
+        nodes = Nodes(glass.id_data)
+        ior = glass.inputs["IOR"]
+        inputs = {"Index Inside": fed(ior)}
+        inputs |= {"Index Outside": 1.0, "Permeability Inside": 1.0, "Permeability Outside": 1.0}
+        if glass.type == "BSDF_GLASS":
+            color = glass.inputs["Color"]
+            inputs["Tint"] = fed(color)
+        else:  # its colour is that of two crossings, and what it reflects has none
+            color = glass.inputs["Base Color"]
+            parts = nodes.add("ShaderNodeSeparateColor", inputs={0: fed(color)}).outputs
+            roots = {index: nodes.math("SQRT", part) for index, part in enumerate(parts)}
+            inputs["Tint"], inputs[THROUGH] = WHITE, nodes.add("ShaderNodeCombineColor", inputs=roots).outputs[0]
+        if glass.inputs["Normal"].is_linked:
+            inputs["Normal"] = fed(glass.inputs["Normal"])
+        node = nodes.add("ShaderNodeGroup", node_tree=self.group, inputs=inputs)
+        for link in list(glass.outputs[0].links):
+            glass.id_data.links.new(node.outputs[0], link.to_socket)
+        number = value_of(ior, path)
+        self.shares.add(round(number**-2, 9) if number else None)
+        self.tinted |= not _is_white(color, path)
+
+    def _tame(self, node, path):
+        """Let a mirror's colour, or a refraction's, count only while the photons' colours are asked for."""
+        nodes = Nodes(node.id_data)
+        metal = node.type == "BSDF_PRINCIPLED"
+        for name in ("Base Color", "Specular Tint") if metal else ("Color",):
+            self.tinted |= not _is_white(node.inputs[name], path)
+            color = nodes.mix(switch(nodes, "tinted"), WHITE, fed(node.inputs[name]))
+            if node.type == "BSDF_REFRACTION":
+                ior, number = fed(node.inputs["IOR"]), value_of(node.inputs["IOR"], path)
+                self.shares.add(round(number**-2, 9) if number else None)
+                back = nodes.add("ShaderNodeNewGeometry").outputs["Backfacing"]
+                exponent = nodes.math("MULTIPLY_ADD", back, 4 * POWER, -2 * POWER)
+                count = _count(nodes, nodes.math("POWER", ior, exponent))
+                color = nodes.mix(switch(nodes, "counted"), color, count)
+            nodes.feed(node.inputs[name], color)
+        if metal:
+            _unlinked(node.inputs["Emission Strength"]).default_value = 0.0
+
+    def _optics(self):
+        """The group of the interface in Blender's nodes, with switches for its tint and for what crossings count."""
+        group = bpy.data.node_groups.new("NIM photons", "ShaderNodeTree")
+        fill_group(group, "nodes")
+        del group[MARK]  # no material of the file is to take it
+        item = group.interface.new_socket(THROUGH, in_out="INPUT", socket_type="NodeSocketColor")
+        item.default_value = (1.0, 1.0, 1.0, 1.0)
+        named = {node.label: node for node in group.nodes}
+        nodes = Nodes(group)
+        # Blender's Glass cannot tell what it reflects from what it lets through
+        either = named["either"].inputs[0]
+        group.links.remove(either.links[0])
+        either.default_value = 0.0
+        tint = named["reflected"].inputs["Color"].links[0].from_socket
+        through = nodes.vector("MULTIPLY", tint, nodes.add("NodeGroupInput").outputs[THROUGH])
+        reflected, passed = (nodes.mix(switch(nodes, "tinted"), WHITE, color) for color in (tint, through))
+        count = _count(nodes, nodes.math("POWER", named["q^2"].outputs[0], POWER))
+        counted = nodes.mix(switch(nodes, "counted"), passed, count)
+        nodes.feed(named["reflected"].inputs["Color"], reflected)
+        for label in ("transmitted, same signs", "transmitted, signs differ"):
+            nodes.feed(named[label].inputs["Color"], counted)
+        self.trees.append(group)
+        return group
+
+
+# ------------------------------------------------------------------------------------------------ kinds of materials
+
+
+def kind_of(node, path):
+    """What a closure is to photons: "glass" or "mirror", where it is sharp; "diffuse", where light lands on it; "rough",
+    where it lets light through otherwise; None for all else, which only stops light.
+    """
+    if node.type in DIFFUSE:
+        return "diffuse"
+    if node.type in MIRRORS:
+        roughness = value_of(node.inputs["Roughness"], path)
+        if roughness is not None and roughness <= SHINY:
+            return "glass" if node.type == "BSDF_GLASS" else "mirror"
+        return None if node.type == "BSDF_GLOSSY" else "rough"
+    if node.type == "BSDF_PRINCIPLED":
+        return _principled(node, path)
+    return None
+
+
+def _principled(node, path):
+    value = {
+        name: value_of(node.inputs[name], path) if name in node.inputs else 0.0
+        for name in (
+            "Roughness",
+            "Metallic",
+            "Transmission Weight",
+            "Coat Weight",
+            "Sheen Weight",
+            "Thin Film Thickness",
+        )
+    }
+    alpha, tint = value_of(node.inputs["Alpha"], path), value_of(node.inputs["Specular Tint"], path)
+    plain = value["Coat Weight"] == value["Sheen Weight"] == value["Thin Film Thickness"] == 0.0 and alpha == 1.0
+    sharp = plain and value["Roughness"] is not None and value["Roughness"] <= SHINY
+    if value["Metallic"] == 1.0:
+        return "mirror" if sharp else None
+    if value["Transmission Weight"] == 0.0:
+        return "diffuse"
+    whole = value["Transmission Weight"] == 1.0 and value["Metallic"] == 0.0
+    return "glass" if whole and sharp and tint[:3] == WHITE else "rough"
+
+
+def lands(material):
+    """Whether light lands on a material: it scatters diffusely."""
+    return not has_nodes(material) or any(kind_of(*one) == "diffuse" for one in asked(material))
+
+
+def mirrors_of(material):
+    """The visibility.Asked of a material that mirror or bend light sharply, as photons can; none where it also scatters."""
+    kinds = [(one, kind_of(*one)) for one in asked(material)]
+    if any(kind == "diffuse" or (kind is None and one.node.type in MIRRORS) for one, kind in kinds):
+        return []
+    return [one for one, kind in kinds if kind in ("glass", "mirror")]
+
+
+def bends(material):
+    """Whether photons are bent or mirrored by a material."""
+    return any(is_interface(node) for node, _ in asked(material)) or bool(mirrors_of(material))
+
+
+def is_volume(material):
+    """Whether a material has a volume and no surface."""
+    output = material.node_tree.get_output_node("CYCLES") if has_nodes(material) else None
+    return output is not None and not asked(material) and bool(asked(material, "Volume"))
+
+
+def check(material, name):
+    """Raise ValueError, one sentence, for a material by which light goes in a way that photons do not; name: who wears it."""
+    if not has_nodes(material):
+        return
+    kinds = [(node, kind_of(node, path)) for node, path in asked(material)]
+    scatters = any(kind == "diffuse" or (kind is None and node.type == "BSDF_GLOSSY") for node, kind in kinds)
+    passes = any(kind == "glass" or node.type == "BSDF_REFRACTION" or is_interface(node) for node, kind in kinds)
+    whose = f"the material {material.name} of {name}"
+    if any(kind == "rough" for _, kind in kinds) or (scatters and passes):
+        raise ValueError(
+            f"{whose} lets light through in part or roughly, and caustics are traced through smooth and clear glass only; set "
+            "its Transmission to 1 or 0, Alpha to 1, and Roughness, Metallic, Coat and Sheen to 0, or hide it from renders."
+        )
+    if not bends(material) and not is_volume(material):
+        return
+    types = {node.type for node, _ in kinds}
+    if "BSDF_TRANSPARENT" in types:
+        raise ValueError(
+            f"{whose} lets light pass straight too, by a Transparent BSDF, and a bake would count that light twice; take "
+            "the Transparent BSDF out of it."
+        )
+    if "LIGHT_PATH" in types:
+        raise ValueError(
+            f"{whose} is not the same for all rays, by its Light Path node, and a bake would count light twice; take the "
+            "Light Path node out of it."
+        )
+    if not absorbs(material):
+        raise ValueError(
+            f"the volume of {whose} scatters or shines, and caustics are traced through absorbing volumes only; make it a "
+            "Volume Absorption, or hide it from renders."
+        )
+
+
+def absorbs(material):
+    """Whether the volume of a material, where it has one, takes light and does nothing else to it."""
+    return all(
+        node.type == "VOLUME_ABSORPTION" or node.type in MIXERS or not _is_shader(node)
+        for node, _ in asked(material, "Volume")
+    )
+
+
+def _is_shader(node):
+    return any(socket.type == "SHADER" for socket in node.outputs)
+
+
+def own_groups(tree):
+    """Give a tree copies of its own of all groups in it, but interfaces, so that nodes within them can be changed.
+
+    Returns them, a list of bpy.types.NodeTree.
+    """
+    copies = []
+    for node in tree.nodes:
+        if node.type == "GROUP" and node.node_tree and not is_interface(node):
+            node.node_tree = node.node_tree.copy()
+            copies += [node.node_tree, *own_groups(node.node_tree)]
+    return copies
+
+
+# ------------------------------------------------------------------------------------------------ nodes
+
+
+def switch(nodes, name):
+    """The output of a tree's Value node that Bending.set() finds by that name, made where there is none."""
+    name = f"NIM {name}"
+    node = nodes.tree.nodes.get(name)
+    if node is None:
+        node = nodes.add("ShaderNodeValue")
+        node.name = name
+        node.outputs[0].default_value = 0.0
+    return node.outputs[0]
+
+
+def fed(socket):
+    """What feeds a socket: an output, or the value that it has."""
+    if socket.is_linked:
+        return socket.links[0].from_socket
+    value = socket.default_value
+    return value if isinstance(value, float) else tuple(value)
+
+
+def _unlinked(socket):
+    """That input, linked to nothing."""
+    for link in list(socket.links):
+        socket.id_data.links.remove(link)
+    return socket
+
+
+def _is_white(socket, path):
+    value = value_of(socket, path)
+    return value is not None and value[:3] == WHITE
+
+
+def _count(nodes, power):
+    """The colour that counts a crossing whose share has that POWER."""
+    rest = nodes.math("SUBTRACT", 2.0, power)
+    return nodes.add("ShaderNodeCombineXYZ", inputs={0: 1.0, 1: rest, 2: power}).outputs[0]

@@ -1,0 +1,295 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Density of photons: from where each landed to power per area, in a texture for each object."""
+
+import json
+
+import numpy as np
+
+from . import atlas
+
+# Least share of all landed photons for which a side of a chart gets a part of a texture.
+LEAST = 1e-4
+PADDING = 4  # texels around a window
+# Some light is thrown far out. Windows lie within one another, each for this share of the photons at either edge of the next,
+# as far as it is so many times smaller.
+LEVELS, QUANTILES, SMALLER = 3, (0.05, 0.005, 0.0), 8
+FINEST = 0.75  # of a texture, for the finest windows
+SMALLEST = 64  # edge of a texture
+ROOM = 8  # of the largest texture's size, for all of them together: a thousand tiles lit alike would else take 60 GB
+ENOUGH = 32  # photons that make a kernel wide enough
+RADII = (0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64)  # of kernels, in texels
+
+
+class Window:
+    """The part of a side of a chart where photons land, and where it lies in its texture.
+
+    low: (2,) corner in metres; cells: (width, height) texels of side `texel`, metres; at: (2,) place in the texture
+    """
+
+    def __init__(self, low, high, texel):
+        self.low, self.texel = np.asarray(low) - PADDING * texel, texel
+        self.cells = np.ceil((np.asarray(high) - low) / texel).astype(int) + 2 * PADDING
+        self.at = None
+
+    def plain(self):
+        """JSON-ready; of() makes the same Window of it."""
+        return [self.low.tolist(), float(self.texel), self.cells.tolist(), self.at.tolist()]
+
+    @classmethod
+    def of(cls, plain):
+        """The Window that plain() told of."""
+        window = cls.__new__(cls)
+        low, window.texel, cells, at = plain
+        window.low, window.cells, window.at = np.array(low), np.array(cells), np.array(at)
+        return window
+
+
+class Texture:
+    """A texture of one object.
+
+    windows: by key, which is LEVELS times the side and the level, 0 the finest
+    shape:   (height, width); first: of its texels in Density
+    """
+
+    def __init__(self, windows, shape, first):
+        self.windows, self.shape, self.first = windows, shape, first
+
+    @property
+    def size(self):
+        """Texels."""
+        return self.shape[0] * self.shape[1]
+
+
+class Density:
+    """What landed, in each half of the passes, texel by texel: memory depends on the textures, not on the photons.
+
+    parts, all_charts: of a photons.Tracer; textures: of layout()
+    color:  (3,) of all the light, or None where it has several; then three numbers a texel are kept, not one
+    flux, count: what landed so far, of state()
+    """
+
+    def __init__(self, parts, all_charts, textures, color=None, flux=None, count=None):
+        self.parts, self.charts, self.textures, self.color = parts, all_charts, textures, color
+        total = sum(texture.size for texture in self.textures.values())
+        self.flux = np.zeros((2, 3 if color is None else 1, total), np.float32) if flux is None else flux
+        self.count = np.zeros((2, total), np.float32) if count is None else count
+        keys = LEVELS * (2 * len(all_charts))
+        self._low, self._cells, self._at = np.zeros((keys, 2)), np.zeros((keys, 2), int), np.zeros((keys, 2), int)
+        self._texel, self._first, self._width = np.ones(keys), np.zeros(keys, int), np.zeros(keys, int)
+        for texture in self.textures.values():
+            for key, window in texture.windows.items():
+                self._low[key], self._cells[key], self._at[key] = window.low, window.cells, window.at
+                self._texel[key], self._first[key], self._width[key] = window.texel, texture.first, texture.shape[1]
+
+    def add(self, landed, half):
+        """Count a pass of photons.Landed in one half of the passes, 0 or 1."""
+        power = landed.power * landed.share[:, None]
+        left = np.arange(len(landed.side))
+        for level in range(LEVELS):
+            key = LEVELS * landed.side[left] + level
+            cell = np.floor((landed.place[left] - self._low[key]) / self._texel[key, None]).astype(int)
+            here = np.all((cell >= 0) & (cell < self._cells[key]), axis=1)
+            self._count(half, key[here], cell[here], power[left[here]])
+            left = left[~here]
+
+    def _count(self, half, key, cell, power):
+        column, row = (cell + self._at[key]).T
+        index = self._first[key] + row * self._width[key] + column
+        np.add.at(self.count[half], index, np.float32(1))
+        if self.color is not None:
+            strongest = int(np.argmax(self.color))
+            power = power[:, strongest : strongest + 1] / self.color[strongest]
+        for channel, values in enumerate(power.T):
+            np.add.at(self.flux[half, channel], index, values.astype(np.float32))
+
+    def state(self):
+        """Arrays and texts by name, from which from_state() makes the keywords for the same Density again."""
+        plain = {
+            name: [texture.shape, texture.first, {key: window.plain() for key, window in texture.windows.items()}]
+            for name, texture in self.textures.items()
+        }
+        return {"flux": self.flux, "count": self.count, "layout": json.dumps([plain, self.color])}
+
+    @staticmethod
+    def from_state(state):
+        """Keywords of Density, of what state() gave; raises KeyError or ValueError where it did not."""
+        plain, color = json.loads(str(state["layout"]))
+        textures = {
+            name: Texture({int(key): Window.of(values) for key, values in windows.items()}, tuple(shape), first)
+            for name, (shape, first, windows) in plain.items()
+        }
+        return {"textures": textures, "color": color and tuple(color), "flux": state["flux"], "count": state["count"]}
+
+    def power(self, passes):
+        """All that landed, by the name of the object: the sum of its colours."""
+        by_color = 1 if self.color is None else sum(self.color)
+        return {
+            name: float(self.flux[:, :, texture.first : texture.first + texture.size].sum(dtype=float))
+            * by_color
+            / passes
+            for name, texture in self.textures.items()
+        }
+
+    def irradiance(self, name, passes):
+        """(H, W, 3) power per area on an object after `passes`: each photon's power spread over a box about it.
+
+        The box is as wide as it takes to hold ENOUGH photons, so that a sharp line stays sharp and a dim place smooth, and
+        bright light does not leak into a dark place beside it (a variable kernel at the sample points: Breiman, Meisel and
+        Purcell 1977; the density estimate of a photon map, Jensen 1996, asks at the texels instead, and does leak). The
+        photons of one half of the passes choose the width for those of the other: chosen by its own, an estimate is biased.
+        What a box holds is shared out over the surface in it: nothing is lost where the surface or its chart ends.
+        """
+        texture = self.textures[name]
+        span = slice(texture.first, texture.first + texture.size)
+        answer = np.zeros((*texture.shape, self.flux.shape[1]))
+        areas = {}
+        for key, window in sorted(texture.windows.items()):
+            rows = slice(window.at[1], window.at[1] + window.cells[1])
+            columns = slice(window.at[0], window.at[0] + window.cells[0])
+            chart = key // LEVELS // 2
+            area = atlas.area(self.parts, self.charts[chart], chart, window.low, window.texel, window.cells)
+            for finer in range(key - key % LEVELS, key):
+                if finer in areas:
+                    _cut(area, window, areas[finer], texture.windows[finer])
+            areas[key] = area
+            for half in (0, 1):
+                flux = np.moveaxis(self.flux[half, :, span].reshape(-1, *texture.shape)[:, rows, columns], 0, -1)
+                others = self.count[1 - half, span].reshape(texture.shape)[rows, columns]
+                answer[rows, columns] += spread(flux.astype(float), others, area)
+        return answer / passes * (1.0 if self.color is None else np.asarray(self.color))
+
+
+def layout(all_charts, sample, texels):
+    """Textures by the name of their object, for the sides of charts where photons landed.
+
+    sample: photons.Landed of a first try; texels: edge of the largest texture, that of the object where most landed, or less
+    where many are lit alike (ROOM)
+    """
+    count = np.bincount(sample.side, minlength=1)
+    order = np.argsort(sample.side, kind="stable")
+    ends = np.cumsum(count)
+    shares, boxes = {}, {}
+    for side in np.flatnonzero(count > LEAST * len(sample.side)):
+        chart = all_charts[side // 2]
+        shares[chart.thing] = shares.get(chart.thing, 0) + count[side]
+        spots = sample.place[order[ends[side] - count[side] : ends[side]]]
+        boxes.setdefault(chart.thing, {})[int(side)] = _nested(spots, chart)
+    textures, first = {}, 0
+    texels *= min(1.0, float(np.sqrt(ROOM * max(shares.values(), default=1) / max(sum(shares.values()), 1))))
+    for name, mine in sorted(boxes.items()):
+        number = sum(map(len, mine.values()))
+        least = int(np.ceil(np.sqrt(number) * (2 * PADDING + 4)))
+        # as many texels a photon as where most of them land
+        edge = max(SMALLEST, least, round(texels * np.sqrt(shares[name] / max(shares.values()))))
+        deep = max(map(len, mine.values()))
+        grow = 1.0
+        while True:
+            laid = {}
+            for level in range(deep):
+                these = {side: nest[level] for side, nest in mine.items() if level < len(nest)}
+                part = 1.0 if deep == 1 else FINEST if level == 0 else (1 - FINEST) / (deep - 1)
+                area = sum(float(np.prod(high - low)) for low, high in these.values())
+                texel = max(np.sqrt(area / part) / edge, 1e-6) * grow
+                laid |= {LEVELS * side + level: Window(*box, texel) for side, box in these.items()}
+            height = _shelve(laid.values(), edge)
+            if height <= edge:
+                break
+            grow *= 1.1
+        textures[name] = Texture(laid, (int(height), int(edge)), first)
+        first += textures[name].size
+    return textures
+
+
+def _nested(spots, chart):
+    """Corners (low, high) of the windows for photons that landed at `spots` (N, 2), the smallest first."""
+    nest = []
+    for share in QUANTILES[::-1]:
+        low, high = np.quantile(spots, share, axis=0), np.quantile(spots, 1 - share, axis=0)
+        margin = 0.05 * (high - low).max() + 1e-4
+        low, high = np.maximum(low - margin, chart.low), np.minimum(high + margin, chart.high)
+        if not nest or np.prod(high - low) * SMALLER < np.prod(nest[0][1] - nest[0][0]):
+            nest.insert(0, (low, high))
+    return nest
+
+
+def _cut(area, window, finer_area, finer):
+    """Take from a window's `area` (H, W) what lies in a finer one."""
+    low = (finer.low - window.low) / window.texel
+    step = finer.texel / window.texel
+    column, row = (np.floor(low[axis] + (np.arange(finer.cells[axis]) + 0.5) * step).astype(int) for axis in (0, 1))
+    inside = ((row >= 0) & (row < area.shape[0]))[:, None] & ((column >= 0) & (column < area.shape[1]))
+    index = (np.clip(row, 0, area.shape[0] - 1)[:, None] * area.shape[1] + np.clip(column, 0, area.shape[1] - 1))[
+        inside
+    ]
+    area -= np.bincount(index, finer_area[inside], area.size).reshape(area.shape)
+    np.maximum(area, 0, out=area)
+
+
+def _shelve(windows, width):
+    """Lay windows on shelves, the highest first; returns the height they take, infinite where one is too wide."""
+    left = top = shelf = 0
+    for window in sorted(windows, key=lambda one: -one.cells[1]):
+        if window.cells[0] > width:
+            return np.inf
+        if left + window.cells[0] > width:
+            left, top, shelf = 0, top + shelf, 0
+        window.at = np.array([left, top])
+        left += window.cells[0]
+        shelf = max(shelf, window.cells[1])
+    return top + shelf
+
+
+def spread(flux, others, area):
+    """Power per area (H, W, C) of `flux` (H, W, C), in boxes that hold enough of `others` (H, W); `area` (H, W) of cells."""
+    counts, ground = _table(others), _table(area)
+    height, width = area.shape
+    y, x = np.nonzero(flux.sum(axis=2) > 0)
+
+    def corners(radius, some=slice(None)):
+        """Flat places in a table of the corners of the boxes about some of the texels, cut off at the edges."""
+        low_y, high_y = np.maximum(y[some] - radius, 0), np.minimum(y[some] + radius + 1, height)
+        low_x, high_x = np.maximum(x[some] - radius, 0), np.minimum(x[some] + radius + 1, width)
+        low_y, high_y = low_y * (width + 1), high_y * (width + 1)
+        return low_y + low_x, high_y + high_x, low_y + high_x, high_y + low_x
+
+    def held(table, places):
+        a, b, c, d = (table.ravel()[place] for place in places)
+        return a + b - c - d
+
+    reach, surface, left = np.full(len(y), RADII[-1]), np.zeros(len(y)), np.arange(len(y))
+    for radius in RADII:
+        places = corners(radius, left)
+        # a photon on a cell that holds no surface, at its very edge, lands on the nearest
+        around = held(ground, places)
+        enough = around > 0
+        if radius < RADII[-1]:
+            enough &= held(counts, places) >= ENOUGH
+        reach[left[enough]], surface[left[enough]] = radius, around[enough]
+        left = left[~enough]
+        if not len(left):
+            break
+    share = np.divide(1.0, surface, out=np.zeros_like(surface), where=surface > 0)
+    answer = np.empty_like(flux)
+    places = corners(reach)
+    for channel in range(flux.shape[2]):
+        power = flux[y, x, channel] * share
+        # each box is four corners of a table of differences, which is summed up once for all of them
+        change = sum(
+            sign * np.bincount(place, power, counts.size) for sign, place in zip((1, 1, -1, -1), places, strict=True)
+        )
+        change = change.reshape(counts.shape)[:-1, :-1]
+        answer[..., channel] = change.cumsum(axis=0).cumsum(axis=1)
+    return np.maximum(answer, 0) * (area > 0)[..., None]
+
+
+def _table(values):
+    return np.pad(values, ((1, 0), (1, 0))).cumsum(axis=0).cumsum(axis=1)
+
+
+def _box(table, radius):
+    """Sums over the square of that radius about each cell, cut off at the edges."""
+    height, width = table.shape[0] - 1, table.shape[1] - 1
+    low_y, high_y = np.maximum(np.arange(height) - radius, 0), np.minimum(np.arange(height) + radius + 1, height)
+    low_x, high_x = np.maximum(np.arange(width) - radius, 0), np.minimum(np.arange(width) + radius + 1, width)
+    rows = table[high_y] - table[low_y]
+    return rows[:, high_x] - rows[:, low_x]

@@ -1,0 +1,385 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Lights as cameras: each sends out photons as a Cycles camera sends out rays, over all of its size and directions.
+
+What a lamp's watts mean is what Cycles takes them for: P / (4 pi) into each steradian from a point or spot, cos / pi of P
+from a flat lamp, however large, and watts per square metre from a sun. Points and spots are spheres here, as Cycles has
+them without Soft Falloff; with it they are (radius / distance)^2 darker, close by.
+"""
+
+import math
+from typing import NamedTuple
+
+import bpy
+import mathutils
+import numpy as np
+
+from ..cycles.nodes import uses_nodes
+from ..cycles.visibility import is_instance_rendered, is_rendered, rendered
+
+TURNS = 60  # ways to turn the frame about the light's direction, of which the tightest is taken
+SUN = "nim_sun"  # of a bpy.types.World: direction, irradiance and angle of the Gaussian sun in its sky
+HIDDEN = "NIM Sun hidden"  # its Value node: 1 hides that sun from paths that were scattered
+WHOLE = (-math.pi, math.pi, -math.pi / 2, math.pi / 2)
+
+
+class Shot(NamedTuple):
+    """One picture from the light.
+
+    frame:  mathutils.Matrix of the camera
+    width:  metres across the wider side of a view of parallel rays; None for one of all directions from a place
+    window: for the latter its longitudes and latitudes, radians: lowest and highest of both
+    lens, focus: radius of the lens and distance of what it keeps sharp, metres
+    size:   pixels (width, height)
+    power:  (3,) or (height, width, 3): of each pixel, all its rays together
+    """
+
+    frame: mathutils.Matrix
+    width: float | None
+    window: tuple | None
+    lens: float
+    focus: float
+    size: tuple
+    power: np.ndarray
+
+
+class Target(NamedTuple):
+    """What the light is sent at: `bent`, points (N, 3) on boxes around the interfaces, and `corners` (M, 3) of all."""
+
+    bent: np.ndarray
+    corners: np.ndarray
+
+
+class Sun(NamedTuple):
+    """Light from far away: `direction` it travels in (3,), `irradiance` (3,) on a plane across its rays, W/m^2 or any
+    unit, `angle` of its disk, radians, and whether it is a Gaussian of that width (1/e to 1/e) rather than a disk."""
+
+    direction: tuple
+    irradiance: tuple
+    angle: float
+    gaussian: bool = False
+
+    def half_angles(self, count, random):
+        """Half-angles, radians, of `count` uniform disks that together are this sun."""
+        if not self.gaussian:
+            return np.full(count, self.angle / 2)
+        # a Gaussian is a mixture of disks whose radius^2 is a sum of two exponential numbers
+        strata = (np.arange(count) + random.random(count)) / count
+        return self.angle / 2 * np.sqrt(_gamma2(random.permutation(strata)))
+
+    def shots(self, target, photons, passes, random):
+        """A Shot for each of the passes: parallel rays at the target, the lens as wide as the sun's disk is there."""
+        halves = self.half_angles(passes, random)
+        back = -np.asarray(self.direction, float) / np.linalg.norm(self.direction)
+        axes, low, high = _tightest(target.bent, back)
+        # behind all that could throw a shadow
+        distance = float((target.corners @ back).max() - (low + high)[2] / 2) + 1.0
+        # a ray that tilts meets the focal plane elsewhere than the interface
+        reach = np.maximum((high - low)[:2] + (high - low)[2] * math.tan(float(halves.max())), 1e-6) * 1.001
+        size, extent = _pixels(reach, photons)
+        frame = mathutils.Matrix(axes.T.tolist()).to_4x4()
+        frame.translation = mathutils.Vector(((low + high) / 2) @ axes + distance * back)
+        power = np.multiply(self.irradiance, np.prod(extent / size))
+        for half in halves:
+            lens = distance * math.tan(half)
+            yield Shot(frame, float(extent.max()), None, lens, distance, tuple(size), power)
+
+
+class Lamp(NamedTuple):
+    """A point or spot lamp: `place` (3,), `intensity` (3,), W/sr along its axis, `radius`; for a spot its `axis` (3,),
+    cosine `edge` of its half-angle, and `blend`, the share of its cone that is softened."""
+
+    place: tuple
+    intensity: tuple
+    radius: float = 0.0
+    axis: tuple | None = None
+    edge: float = -1.0
+    blend: float = 0.0
+
+    def shots(self, target, photons, passes, random):
+        """A Shot for each of the passes: all directions to the target, from a disk across each of them."""
+        frame, window, size, solid = _outlook(self.place, target, self.radius, photons)
+        power = solid[..., None] * np.asarray(self.intensity)
+        if self.axis is not None:
+            power = power * self._falloff(_directions(window, size) @ np.array(frame.to_3x3()).T)[..., None]
+        for _ in range(passes):
+            # so far that a sphere's light is parallel from all of its disk
+            yield Shot(frame, None, window, self.radius, 1e6 * max(1.0, self.radius), size, power)
+
+    def _falloff(self, directions):
+        cosine = directions @ (np.asarray(self.axis) / np.linalg.norm(self.axis))
+        x = np.clip((cosine - self.edge) / max((1 - self.edge) * self.blend, 1e-9), 0, 1)
+        return x * x * (3 - 2 * x)
+
+
+class Area(NamedTuple):
+    """A flat lamp: `frame`, a 4 x 4 matrix (it shines along -z), `size` along x and y in metres, whether it is `round`,
+    and its `intensity` (3,), W/sr along its axis; as Lambert has it, it falls with the cosine beside that."""
+
+    frame: tuple
+    size: tuple
+    round: bool
+    intensity: tuple
+
+    @property
+    def place(self):
+        """Its middle (3,)."""
+        return tuple(np.asarray(self.frame)[:3, 3])
+
+    def shots(self, target, photons, passes, random):
+        """A Shot for each of the passes, each from another point of the lamp."""
+        matrix = np.asarray(self.frame, float)
+        axis = -matrix[:3, 2] / np.linalg.norm(matrix[:3, 2])
+        for u, v in _even(passes, random):
+            if self.round:
+                radius, angle = math.sqrt(u) / 2, 2 * math.pi * v
+                x, y = radius * math.cos(angle), radius * math.sin(angle)
+            else:
+                x, y = u - 0.5, v - 0.5
+            place = matrix[:3, 3] + matrix[:3, 0] * x * self.size[0] + matrix[:3, 1] * y * self.size[1]
+            frame, window, size, solid = _outlook(place, target, 0.0, photons)
+            cosine = np.maximum(_directions(window, size) @ np.array(frame.to_3x3()).T @ axis, 0)
+            power = (solid * cosine)[..., None] * np.asarray(self.intensity)
+            yield Shot(frame, None, window, 0.0, 1e6, size, power)
+
+
+def light_of(thing, matrix=None):
+    """The Sun, Lamp or Area that an object of type LIGHT is; ValueError, one sentence, for what is not traced."""
+    lamp, matrix = thing.data, matrix or thing.matrix_world
+    strength = np.array(lamp.color) * lamp.energy * 2.0 ** getattr(lamp, "exposure", 0.0)
+    if getattr(lamp, "use_temperature", False):
+        strength = strength * np.array(lamp.temperature_color)
+    strength = strength * emitted(thing)
+    if not getattr(lamp, "normalize", True):
+        raise ValueError(f"the lamp {thing.name} is not normalized, and such are not traced; switch its Normalize on.")
+    axis = tuple(-(matrix.to_3x3() @ mathutils.Vector((0, 0, 1))).normalized())
+    place = tuple(matrix.translation)
+    if lamp.type == "SUN":
+        return Sun(axis, tuple(strength), lamp.angle)
+    if lamp.type == "AREA":
+        if lamp.spread < math.radians(179.9):
+            raise ValueError(
+                f"the lamp {thing.name} is narrowed, and such are not traced; set its Spread to 180 degrees."
+            )
+        scale = matrix.to_scale()
+        square = lamp.shape in ("SQUARE", "DISK")
+        size = lamp.size * scale.x, (lamp.size if square else lamp.size_y) * scale.y
+        if 0 in size:
+            raise ValueError(f"the lamp {thing.name} has no area; give it a size.")
+        rigid = mathutils.Matrix.LocRotScale(matrix.translation, matrix.to_quaternion(), None)
+        return Area(tuple(map(tuple, rigid)), size, lamp.shape in ("DISK", "ELLIPSE"), tuple(strength / math.pi))
+    intensity, radius = tuple(strength / (4 * math.pi)), lamp.shadow_soft_size
+    if lamp.type == "SPOT":
+        return Lamp(place, intensity, radius, axis, math.cos(lamp.spot_size / 2), lamp.spot_blend)
+    return Lamp(place, intensity, radius)
+
+
+def sun_of(scene):
+    """The Sun in the sky of `scene`, as surfaces.sky() makes it, or None."""
+    values = scene.world and scene.world.get(SUN)
+    return Sun(tuple(values[:3]), tuple(values[3:6]), values[6], gaussian=True) if values else None
+
+
+def lamps_of(scene):
+    """The lamps that shine in a render of `scene` without baked caustics, by themselves or in instances of collections, in
+    the order in which they are traced: suns first, then spots, points and areas. It evaluates nothing; see placed()."""
+    found, queue, seen = [], rendered(scene), set()
+    while queue:
+        thing = queue.pop()
+        held = thing.instance_collection if thing.instance_type == "COLLECTION" else None
+        if held and held not in seen:
+            seen.add(held)
+            queue += [one for one in held.all_objects if is_rendered(one)]
+        if _shines(thing) and thing not in found:
+            found.append(thing)
+    return sorted(found, key=_rank)
+
+
+class Placed(NamedTuple):
+    """A lamp of the file, `thing`, the mathutils.Matrix of where it, or an instance of it, stands; `single`: whether itself."""
+
+    thing: bpy.types.Object
+    matrix: mathutils.Matrix
+    single: bool
+
+
+def placed(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> list[Placed]:
+    """The lamps of lamps_of(), and each instance of a lamp that a render shows; depsgraph: visibility.as_rendered()'s."""
+    alone = set(rendered(scene))
+    found = []
+    for instance in depsgraph.object_instances:
+        thing = instance.object.original
+        single = not instance.is_instance
+        there = thing in alone if single else is_instance_rendered(thing, instance.parent.original, alone)
+        if there and _shines(thing):
+            found.append(Placed(thing, instance.matrix_world.copy(), single))
+    return sorted(found, key=lambda one: (_rank(one.thing), not one.single))
+
+
+def _shines(thing):
+    if thing.type != "LIGHT" or (thing.data.type == "AREA" and thing.data.cycles.is_portal):
+        return False
+    return thing.data.energy > 0 and any(thing.data.color)
+
+
+def _rank(thing):
+    return ("SUN", "SPOT", "POINT", "AREA").index(thing.data.type), thing.name
+
+
+def check(thing: bpy.types.Object) -> None:
+    """Raise ValueError, one sentence, for a lamp some of whose light would be counted twice, or wrongly, by a bake."""
+    lamp, name = thing.data, f"the lamp {thing.name}"
+    if thing.library or lamp.library:
+        raise ValueError(f"{name} is linked from a library, and a bake has to change it; make it local.")
+    if thing.override_library or lamp.override_library:
+        raise ValueError(f"{name} is an override of a library, which does not save what a bake changes; make it local.")
+    if not lamp.use_shadow:
+        raise ValueError(
+            f"{name} throws no shadows, so that it shines through interfaces, and a bake would count that light twice; "
+            "switch its Shadow on."
+        )
+    if thing.light_linking.blocker_collection:
+        raise ValueError(
+            f"{name} has Shadow Linking, by which it may shine through interfaces, and a bake would count that light twice; "
+            "clear its Shadow Linking."
+        )
+    if lamp.cycles.is_caustics_light:
+        raise ValueError(
+            f"{name} has Shadow Caustics, which are caustics as well, and would be counted twice; switch them off."
+        )
+    hidden = [ray for ray in ("diffuse", "glossy", "transmission") if not getattr(thing, f"visible_{ray}")]
+    if hidden:
+        raise ValueError(
+            f"{name} is not there for {' and '.join(hidden)} rays, and is traced for all; switch its Ray Visibility on."
+        )
+
+
+def leaves_out(thing: bpy.types.Object, things) -> set:
+    """Those of `things` (bpy.types.Object) that a lamp does not shine on, by its light linking."""
+    linked = thing.light_linking.receiver_collection
+    if linked is None:
+        return set()
+    only, never = set(), set()
+    states = [({one}, state) for one, state in zip(linked.objects, linked.collection_objects, strict=True)]
+    states += [
+        (set(one.all_objects), state) for one, state in zip(linked.children, linked.collection_children, strict=True)
+    ]
+    for some, state in states:
+        (only if state.light_linking.link_state == "INCLUDE" else never).update(some)
+    return {one for one in things if one in never or (only and one not in only)}
+
+
+def emitted(thing):
+    """Colour times strength (3,) of a lamp's own Emission node, 1 where it has none.
+
+    Raises ValueError, one sentence, where more than that decides its light.
+    """
+    if not uses_nodes(thing.data):
+        return np.ones(3)
+    nodes = [node for node in thing.data.node_tree.nodes if node.type not in ("OUTPUT_LIGHT", "FRAME", "REROUTE")]
+    if len(nodes) == 1 and nodes[0].type == "EMISSION" and not any(socket.is_linked for socket in nodes[0].inputs):
+        return np.array(nodes[0].inputs["Color"].default_value[:3]) * nodes[0].inputs["Strength"].default_value
+    raise ValueError(
+        f"the light of {thing.name} comes from its own nodes, and such is not traced; switch its nodes off."
+    )
+
+
+def _gamma2(q):
+    """Quantile q of the sum of two exponential numbers, 1 - (1 + x) e^-x = q, by Newton's method."""
+    x = np.sqrt(2 * q) + q
+    for _ in range(40):
+        x = np.maximum(x - (1 - (1 + x) * np.exp(-x) - q) / np.maximum(x * np.exp(-x), 1e-12), 1e-9)
+    return x
+
+
+def _even(count, random):
+    """`count` points (count, 2) of the unit square, evenly spread (the R2 sequence, shifted at random)."""
+    ratio = 1.32471795724474602596  # x^3 = x + 1
+    return (random.random(2) + np.arange(1, count + 1)[:, None] / np.array([ratio, ratio**2])) % 1.0
+
+
+def _tightest(points, back):
+    """Axes (3, 3), the last of them `back`, along which `points` fill the smallest rectangle, and its bounds."""
+    side = np.cross((0, 0, 1) if abs(back[2]) < 0.9 else (0, 1, 0), back)
+    side /= np.linalg.norm(side)
+    other = np.cross(back, side)
+    best = None
+    for turn in np.linspace(0, math.pi / 2, TURNS, endpoint=False):
+        x = math.cos(turn) * side + math.sin(turn) * other
+        axes = np.stack([x, np.cross(back, x), back])
+        flat = points @ axes.T
+        low, high = flat.min(axis=0), flat.max(axis=0)
+        area = np.prod((high - low)[:2])
+        if best is None or area < best[0] * (1 - 1e-9):
+            best = area, axes, low, high
+    return best[1:]
+
+
+def _pixels(reach, photons):
+    """Pixels (width, height), about `photons` in all, for a view of `reach` (2,), and what they span: no less than it."""
+    size = np.maximum(np.round(np.sqrt(photons * reach / reach[::-1])), 4).astype(int)
+    return size, size * float((reach / size).max())  # pixels are square
+
+
+def _outlook(place, target, radius, photons):
+    """The view of the target from a place: frame, window, size in pixels, and the solid angle (height, width) of each."""
+    away = target.bent - np.asarray(place)
+    distance = np.linalg.norm(away, axis=1)
+    middle = (target.bent.min(axis=0) + target.bent.max(axis=0)) / 2 - np.asarray(place)
+    frame = mathutils.Vector(middle).to_track_quat("-Z", "Y").to_matrix()
+    x, y, z = (away @ np.array(frame)).T
+    longitude, latitude = np.arctan2(x, -z), np.arcsin(y / np.maximum(distance, 1e-9))
+    margin = radius / max(distance.min(), 1e-9) + 0.02
+    window = (
+        longitude.min() - margin / math.cos(min(np.abs(latitude).max(), 1.4)),
+        longitude.max() + margin / math.cos(min(np.abs(latitude).max(), 1.4)),
+        latitude.min() - margin,
+        latitude.max() + margin,
+    )
+    if max(map(abs, window[:2])) > 2.0 or max(map(abs, window[2:])) > 1.3 or distance.min() < 2 * radius:
+        window = WHOLE
+    window = tuple(float(edge) for edge in window)
+    frame = frame.to_4x4()
+    frame.translation = place
+    span = np.array([window[1] - window[0], window[3] - window[2]])
+    size = tuple(np.maximum(np.round(np.sqrt(photons * span / span[::-1])), 4).astype(int).tolist())
+    edges = np.sin(np.linspace(window[2], window[3], size[1] + 1))
+    solid = np.repeat(np.diff(edges)[:, None] * (span[0] / size[0]), size[0], axis=1)
+    return frame, window, size, solid
+
+
+def _directions(window, size):
+    """Unit vectors (height, width, 3), in the camera's frame, of the middles of pixels; the first row is the lowest."""
+    longitude = window[0] + (np.arange(size[0]) + 0.5) / size[0] * (window[1] - window[0])
+    latitude = window[2] + (np.arange(size[1]) + 0.5) / size[1] * (window[3] - window[2])
+    cosine = np.cos(latitude)[:, None]
+    return np.stack(
+        [
+            cosine * np.sin(longitude),
+            np.broadcast_to(np.sin(latitude)[:, None], (size[1], size[0])),
+            -cosine * np.cos(longitude),
+        ],
+        axis=-1,
+    )
+
+
+def aim(camera, scene, shot, corners):
+    """Set a camera (bpy.types.Object) and the size of its `scene` to take a Shot, as far as the `corners` (N, 3) of all."""
+    data, render = camera.data, scene.render
+    reach = float(np.linalg.norm(corners - np.array(shot.frame.translation), axis=1).max())
+    data.clip_start, data.clip_end = 1e-6, 2 * reach + shot.lens + 1.0
+    render.resolution_x, render.resolution_y = (int(edge) for edge in shot.size)
+    render.resolution_percentage = 100
+    render.pixel_aspect_x = render.pixel_aspect_y = 1.0
+    if shot.window is None:
+        data.type, data.ortho_scale, data.sensor_fit = "ORTHO", shot.width, "AUTO"
+        focal_length = 1.0
+    else:
+        data.type = "PANO"
+        panorama = data if hasattr(data, "panorama_type") else data.cycles
+        panorama.panorama_type = "EQUIRECTANGULAR"
+        panorama.longitude_min, panorama.longitude_max, panorama.latitude_min, panorama.latitude_max = shot.window
+        focal_length = data.lens * 1e-3
+    data.dof.use_dof = shot.lens > 0
+    data.dof.focus_distance = shot.focus
+    data.dof.aperture_fstop = focal_length / max(2 * shot.lens, 1e-9)
+    camera.matrix_world = shot.frame

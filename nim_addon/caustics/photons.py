@@ -1,0 +1,347 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Photons: Cycles renders from the light, with the same optics, and every pixel says where its photon landed.
+
+A camera stands where the light is (lights.Shot). Every surface that light lands on shines with the place that was hit,
+and only if the path met an interface or a mirror before: light that reaches a surface straight is the path tracer's.
+"""
+
+import bpy
+import mathutils
+import numpy as np
+from mathutils.bvhtree import BVHTree
+
+from ..cycles import settings
+from ..cycles.animation import curves_of
+from ..cycles.nodes import Nodes, empty_tree
+from ..cycles.object_values import give, values_of
+from ..cycles.render import pixels_of
+from ..cycles.visibility import PATHS, as_rendered, rendered, shown
+from . import atlas, lights
+from .atlas import Chart, Part, read
+from .bending import POWER, WHITE, Bending, switch
+
+ATTRIBUTE = "nim_place"
+KINDS = ("objects", "meshes", "materials", "worlds", "cameras", "scenes", "node_groups")
+SAMPLES = 5  # points along an edge of a box that light is sent at
+
+
+class Landed:
+    """Photons that met an interface or a mirror, and landed.
+
+    side:  (N,) twice the number of the chart, and 1 more where they landed on the back of its faces
+    place: (N, 2) in the chart, metres; power: (N, 3)
+    share: (N,) what part of a photon's power Cycles makes of it (Tracer.shares)
+    """
+
+    def __init__(self, side, place, power, share):
+        self.side, self.place, self.power, self.share = side, place, power, share
+
+    @property
+    def chart(self):
+        """(N,) number of the chart."""
+        return self.side // 2
+
+    def only(self, here):
+        """Those for which `here` (N,) is true."""
+        return Landed(self.side[here], self.place[here], self.power[here], self.share[here])
+
+
+class Tracer:
+    """A scene made ready for photons: `charts`, a list of Chart, `parts`, of Part, `benders`, the objects that bend or mirror
+    light, and trace().
+
+    scene: bpy.types.Scene; nothing of it is changed. Use it with `with`: what it makes is taken away at the end.
+    Raises ValueError, one sentence, for a scene without an interface or a mirror, without a surface for the light to land
+    on, or with one that has no area.
+
+    Cycles takes radiance as the same on both sides of an interface, where really it grows by (n_t / n_i)^2. Where eye and
+    light are in one medium this cancels over a whole path, of which the photons are only a part: `share` of a photon
+    that landed within a medium is (n / n_t)^2 for the medium's n_t and the light's n.
+    """
+
+    def __init__(self, scene):
+        self.source = scene
+        self.charts, self.parts, self.benders = [], [], set()
+
+    def __enter__(self):
+        before = {kind: set(getattr(bpy.data, kind)) for kind in KINDS}
+        try:
+            self._build()
+        except BaseException:
+            self.made = _since(before)
+            self.__exit__()
+            raise
+        self.made = _since(before)
+        return self
+
+    def __exit__(self, *_):
+        bpy.data.batch_remove(self.made)
+
+    def _build(self):
+        _check(self.source)
+        scene = self.scene = bpy.data.scenes.new("NIM photons")
+        settings.lossless(scene, "nodes")
+        # no path ends by chance
+        scene.cycles.min_light_bounces = scene.cycles.min_transparent_bounces = settings.BOUNCES
+        scene.cycles.diffuse_bounces = 0  # scattered light is the path tracer's
+        scene.cycles.pixel_filter_type = "BOX"
+        scene.cycles.filter_width = 1.0
+        scene.cycles.use_light_tree = False
+        scene.render.use_persistent_data = True
+        scene.world = bpy.data.worlds.new("NIM photons")
+        scene.world.color = (0, 0, 0)
+        empty_tree(scene.world)
+        self.bending = Bending()
+        self.shine = self._shining()
+        bent, corners, self.surfaces = [], [], []
+        with as_rendered(self.source) as depsgraph:
+            # hiding these, as a copy in their place asks for, would hide their instances
+            sources = {
+                instance.parent.original
+                for instance in depsgraph.object_instances
+                if instance.is_instance and not _is_own(instance)
+            }
+            for one in shown(self.source, depsgraph):
+                if one.original.get(PATHS):
+                    continue
+                lit = one.single and one.original not in sources and _can_be_replaced(one.original)
+                copy, bends, box = self._add(one, depsgraph, lit)
+                if copy is None:
+                    continue
+                corners.append(box)
+                if bends:
+                    bent.append(box)
+                    self.surfaces.append(copy)
+        if not bent:
+            raise ValueError("the scene has no interface or mirror; give a mesh the material of a NIM.")
+        if not self.charts:
+            raise ValueError(
+                "the scene has no diffuse surface of its own for light to land on (none that is instanced, linked or "
+                "overridden, in another scene too, or shown and hidden by keyframes); add a ground or a floor."
+            )
+        self.target = lights.Target(np.concatenate(bent), np.concatenate(corners))
+        self.camera = bpy.data.objects.new("NIM photons", bpy.data.cameras.new("NIM photons"))
+        scene.collection.objects.link(self.camera)
+        scene.camera = self.camera
+
+    def _add(self, one, depsgraph, lit):
+        """Put a copy of what is Shown into the scene, which, if `lit`, light can land on.
+
+        Returns it, or None for one without faces, whether it bends light, and its _box().
+        """
+        matrix = one.matrix.copy()  # which can be decomposed, as a frozen one cannot
+        if not one.single and one.parent == one.original:  # an instance of a mesh that belongs to no object
+            mesh = one.mesh.copy()
+        else:
+            # all layers of the mesh that a surface or a text becomes: Blender 4.2 falls over them
+            layers = one.original.type == "MESH"
+            mesh = bpy.data.meshes.new_from_object(one.object, preserve_all_data_layers=layers, depsgraph=depsgraph)
+        if not mesh.polygons:
+            return None, False, None
+        if not _is_plain(matrix):
+            # an object of its own cannot be sheared, as one with a parent can
+            mesh.transform(matrix)
+            if matrix.determinant() < 0:
+                mesh.flip_normals()
+            matrix = mathutils.Matrix.Identity(4)
+        kinds = [self.bending.of(material, one.original.name) for material in one.materials]
+        bends_here = any(kind.bends for kind in kinds)
+        if bends_here:
+            self.benders.add(one.original)
+            check_shadow(one)
+        values = values_of(one, self.source, set().union(*(kind.reads for kind in kinds)))
+        lands_here = [kind.lands for kind in kinds]
+        # what cannot be given a light of its own only throws a shadow
+        if any(lands_here) and lit:
+            self._mark(mesh, matrix, lands_here, one, values)
+        else:
+            lands_here = [False] * len(lands_here)
+        set_materials(
+            mesh,
+            [k.copy or (self.shine if land else self.bending.dark) for k, land in zip(kinds, lands_here, strict=True)],
+        )
+        copy = bpy.data.objects.new("NIM photons", mesh)
+        copy.matrix_world = matrix
+        give(copy, values, one.original)
+        self.scene.collection.objects.link(copy)
+        return copy, bends_here, _box(mesh, matrix)
+
+    def _mark(self, mesh, matrix, lands_here, one, read_of_it):
+        """Give each corner of the faces that light lands on its place in a chart: (1 to 2, 1 to 2, 4 (chart + 1))."""
+        name, frame = one.original.name, np.array(matrix)
+        vertices = read(mesh.vertices, "co", 3) @ frame[:3, :3].T + frame[:3, 3]
+        normals = read(mesh.polygons, "normal", 3) @ np.linalg.inv(frame[:3, :3])
+        polygons = [tuple(polygon.vertices) for polygon in mesh.polygons]
+        number, axes = atlas.charts_of(vertices, polygons, normals)
+        slot = np.minimum(read(mesh.polygons, "material_index", 1, np.int32)[:, 0], len(lands_here) - 1)
+        face = np.repeat(np.arange(len(polygons)), [len(polygon) for polygon in polygons])
+        at = vertices[np.concatenate(polygons)]
+        values = np.zeros((len(face), 3), np.float32)
+        chart_of = np.full(len(face), -1)
+        here = np.asarray(lands_here)[slot[face]]
+        if not read(mesh.polygons, "area", 1).any():
+            raise ValueError(f"{name} has no area for light to land on; scale it up, or hide it from renders.")
+        order = np.argsort(number[face], kind="stable")
+        bounds = np.searchsorted(number[face][order], np.arange(len(axes) + 1))
+        for chart, axis in enumerate(axes):
+            mine = order[bounds[chart] : bounds[chart + 1]]
+            mine = mine[here[mine]]
+            if len(mine):
+                flat = np.delete(at[mine], axis // 2, axis=1)
+                low, high = flat.min(axis=0), flat.max(axis=0)
+                self.charts.append(Chart(name, int(axis), low, high))
+                values[mine, :2] = 1 + (flat - low) / np.maximum(high - low, 1e-9)
+                values[mine, 2] = 4 * len(self.charts)
+                chart_of[mine] = len(self.charts) - 1
+        layer = mesh.attributes.new(ATTRIBUTE, "FLOAT_VECTOR", "CORNER")
+        layer.data.foreach_set("vector", values.ravel())
+        self.parts.append(Part(name, mesh, matrix, list(one.materials), at, chart_of, read_of_it))
+
+    def _shining(self):
+        """A material that emits the corner attribute where the path met an interface or a mirror; in blue 2 more on the
+        back of a face, and 1 more where the path crossed interfaces an odd number of times."""
+        material = bpy.data.materials.new("NIM place")
+        nodes = Nodes(empty_tree(material))
+        path = nodes.add("ShaderNodeLightPath").outputs
+        # a bend backwards counts as transparent, any other as a transmission, a reflection as neither
+        crossed = nodes.math("ADD", path["Transparent Depth"], path["Transmission Depth"])
+        met = nodes.math("MINIMUM", nodes.math("ADD", path["Ray Depth"], path["Transparent Depth"]), 1.0)
+        back = nodes.add("ShaderNodeNewGeometry").outputs["Backfacing"]
+        more = nodes.math("MULTIPLY_ADD", back, 2.0, nodes.math("FLOORED_MODULO", crossed, 2.0))
+        place = nodes.add("ShaderNodeAttribute", attribute_name=ATTRIBUTE).outputs["Vector"]
+        place = nodes.vector("ADD", place, nodes.add("ShaderNodeCombineXYZ", inputs={2: more}).outputs[0])
+        color = nodes.mix(switch(nodes, "white"), place, WHITE)
+        nodes.end(nodes.add("ShaderNodeEmission", inputs={"Color": color, "Strength": met}))
+        material.cycles.emission_sampling = "NONE"
+        self.bending.trees.append(nodes.tree)
+        return material
+
+    def check_outside(self, name, place):
+        """Raise ValueError, one sentence, for a lamp that stands within a medium: its light is counted as from outside."""
+        backs = total = 0
+        for thing in self.surfaces:
+            frame = np.array(thing.matrix_world)
+            vertices = read(thing.data.vertices, "co", 3) @ frame[:3, :3].T + frame[:3, 3]
+            outwards = 1 if thing.matrix_world.determinant() > 0 else -1  # what is mirrored is wound the other way
+            faces = [tuple(face.vertices)[::outwards] for face in thing.data.polygons]
+            tree = BVHTree.FromPolygons(vertices.tolist(), faces)
+            for vertex in vertices[:: max(1, len(vertices) // 64)]:
+                way = mathutils.Vector(vertex - np.asarray(place))
+                _, normal, _, distance = tree.ray_cast(mathutils.Vector(place), way)
+                if distance is not None:
+                    backs += normal.dot(way) > 0
+                    total += 1
+        if backs > total / 2:
+            raise ValueError(
+                f"the lamp {name} stands within a medium, and light is traced from outside only; move it out."
+            )
+
+    def trace(self, light, photons, passes=1, *, seed=0, first=0):
+        """Send about `photons` photons of a light (lights.Sun, Lamp or Area) in each of the passes; yields a Landed each.
+
+        The passes are shares of one light: what lands in each of them, all its power, is to be divided by their number.
+        `first`: passes to leave out, as those that were traced before.
+        """
+        random = np.random.default_rng(seed)
+        shares = self.bending.shares
+        pairs = len(shares) == 1 and None not in shares
+        inside = next(iter(shares)) if pairs else 1.0
+        for index, shot in enumerate(light.shots(self.target, photons, passes, random)):
+            if index < first:
+                continue
+            self.scene.cycles.seed = seed
+            lights.aim(self.camera, self.scene, shot, self.target.corners)
+            # the first sample of a pixel sits at its centre, whatever the seed: it is left out
+            settings.one_sample(self.scene, index + 1, passes + 1)
+            self.bending.set(white=0.0, tinted=0.0, counted=0.0)
+            pixels = pixels_of(self.scene)
+            there = pixels[..., 2] > 0.5
+            code = np.rint(pixels[there][:, 2]).astype(int)
+            power = np.broadcast_to(shot.power, pixels.shape)[there]
+            if self.bending.tinted:
+                self.bending.set(white=1.0, tinted=1.0)
+                power = power * pixels_of(self.scene)[there]
+            if pairs:
+                share = np.where(code % 2 == 1, inside, 1.0)
+            else:
+                self.bending.set(white=1.0, tinted=0.0, counted=1.0)
+                share = pixels_of(self.scene)[there][:, 2] ** (1 / POWER)
+            yield self._landed(code, pixels[there], power, share)
+
+    def _landed(self, code, pixels, power, share):
+        side = code // 2 - 2
+        low = np.array([one.low for one in self.charts])[side // 2]
+        high = np.array([one.high for one in self.charts])[side // 2]
+        place = low + (pixels[:, :2] - 1) * np.maximum(high - low, 1e-9)
+        return Landed(side, place, power, share)
+
+
+def _check(scene):
+    """Raise ValueError, one sentence, where a scene has a medium that no mesh bounds."""
+    volume = next((thing for thing in rendered(scene) if thing.type == "VOLUME"), None)
+    if volume:
+        raise ValueError(f"light is not traced through the volume {volume.name}; hide it from renders.")
+    output = scene.world and scene.world.node_tree and scene.world.node_tree.get_output_node("CYCLES")
+    if output and output.inputs["Volume"].is_linked:
+        raise ValueError(f"light is not traced through the volume of the world {scene.world.name}; unlink it there.")
+
+
+def check_shadow(one):
+    """Raise ValueError, one sentence, where what is Shown, which bends light, throws no shadow."""
+    for thing in (one.original, one.parent):
+        if thing and not thing.visible_shadow:
+            raise ValueError(
+                f"{thing.name} throws no shadow, so that lamps shine straight through it, and a bake would count that light "
+                "twice; switch Shadow on in its Ray Visibility."
+            )
+
+
+def set_materials(mesh, materials):
+    """Give a mesh as many materials as it has, or one where it has none; clearing them would forget each face's."""
+    for index, material in enumerate(materials):
+        if index < len(mesh.materials):
+            mesh.materials[index] = material
+        else:
+            mesh.materials.append(material)
+
+
+def _is_own(instance):
+    """Whether an instance is but the mesh that its object, a curve, a text or the like, becomes."""
+    thing = instance.object.original
+    return instance.is_instance and thing.type != "MESH" and instance.parent.original == thing
+
+
+def _can_be_replaced(thing):
+    """Whether a copy of an object can stand in its place, which hides it: not in another scene, nor in a library."""
+    # nor in an override of one: that it is hidden would be saved, but not the mark by which it comes back
+    return not (thing.library or thing.override_library) and len(thing.users_scene) == 1 and not _comes_back(thing)
+
+
+def _comes_back(thing):
+    """Whether keyframes or a driver of its visibility would show an object again, beside its copy."""
+    curves = [curve for curve, _ in curves_of(thing)]
+    curves += thing.animation_data.drivers if thing.animation_data else []
+    return any(curve.data_path == "hide_render" for curve in curves)
+
+
+def _is_plain(matrix):
+    """Whether a matrix is a place, a rotation and a scale, none of them 0."""
+    if abs(matrix.determinant()) < 1e-30:
+        return False
+    plain = mathutils.Matrix.LocRotScale(*matrix.decompose())
+    return np.allclose(plain, matrix, rtol=0, atol=1e-5 * np.abs(matrix).max())
+
+
+def _since(before):
+    return [data for kind in KINDS for data in set(getattr(bpy.data, kind)) - before[kind]]
+
+
+def _box(mesh, matrix):
+    """Points (N, 3) on the sides of the box around a mesh, in the world, its corners among them."""
+    places = read(mesh.vertices, "co", 3)
+    low, high = places.min(axis=0), places.max(axis=0)
+    steps = np.linspace(0, 1, SAMPLES)
+    grid = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
+    grid = grid[np.any((grid == 0) | (grid == 1), axis=1)]
+    frame = np.array(matrix)
+    return (low + grid * (high - low)) @ frame[:3, :3].T + frame[:3, 3]

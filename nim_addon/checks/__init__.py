@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What in a scene would spoil an interface's picture, in a sentence each, and the mending of it."""
+
+import bpy
+
+from ..cycles import settings, visibility
+from ..cycles.material import asked_interfaces, backend_of, device_runs_osl, interface_group, osl_available
+from ..cycles.problem import Problem
+from . import mesh_checks, ray_checks, value_checks
+from .sight import look
+
+ENGINES = {
+    "CYCLES": "Cycles",
+    "BLENDER_EEVEE_NEXT": "EEVEE",
+    "BLENDER_EEVEE": "EEVEE",
+    "BLENDER_WORKBENCH": "Workbench",
+}
+
+
+def engine_name(scene: bpy.types.Scene) -> str:
+    """What people call the render engine of a scene."""
+    return ENGINES.get(scene.render.engine, scene.render.engine)
+
+
+ROUNDS = 4  # of mending all
+
+
+def backends(materials):
+    """Names of the interface materials by the backend of their nodes: {"osl": names, "nodes": names}."""
+    names = {}
+    for material in materials:
+        for kind in {backend_of(one.node.node_tree) for one in asked_interfaces(material)}:
+            names.setdefault(kind, []).append(material.name)
+    return {kind: tuple(sorted(those)) for kind, those in names.items()}
+
+
+def interfaces(scene: bpy.types.Scene) -> list[bpy.types.Material]:
+    """The interface materials that a render of a scene shows."""
+    with visibility.as_rendered(scene) as depsgraph:
+        return list(look(scene, depsgraph).worn)
+
+
+def problems(scene: bpy.types.Scene, limit: int | None = None) -> list[Problem]:
+    """All that is wrong in a scene, to be asked before it is rendered; empty where no interface material is shown.
+
+    limit: meshes of more faces are not measured; None for all
+    """
+    with visibility.as_rendered(scene) as depsgraph:
+        sight = look(scene, depsgraph, limit)
+        return (setting_problems(scene, backends(sight.worn)) if sight.worn else []) + found_in(sight)
+
+
+def found_in(sight):
+    """The Problems that all of CHECKS find in a sight.Sight."""
+    if getattr(sight.scene, "cycles", None) is None:
+        return []
+    beside = ray_checks.other_layers(sight.scene)
+    if not sight.worn:
+        return (ray_checks.layers(sight) if ray_checks.overridden(sight.scene) else []) + beside
+    return [problem for check in CHECKS for problem in check(sight)] + beside
+
+
+def setting_problems(scene, backends):
+    """The Problems of render settings; quick. `backends`: as the function of that name gives them."""
+    cycles = getattr(scene, "cycles", None)
+    if cycles is None:
+        text = "Cycles is switched off in the preferences: only Cycles renders the interface."
+        return [Problem("engine", (text,), {}, None)]
+    found = []
+
+    def add(code, text, remedy, materials=None, **values):
+        found.append(Problem(code, (text,), values, remedy, materials=materials))
+
+    if scene.render.engine != "CYCLES":
+        add(
+            "engine",
+            "{engine} cannot bend a ray at the interface: only Cycles renders it.",
+            "Use Cycles",
+            engine=engine_name(scene),
+        )
+    if scripted := backends.get("osl"):
+        if not osl_available():
+            text = "This Blender was built without OSL, which the material's script needs."
+            add("osl_missing", text, "Use nodes", scripted)
+        elif not device_runs_osl(scene):
+            text = "This GPU does not run OSL, which the material's script needs: only the CPU and OptiX do."
+            add("osl_device", text, "Use nodes", scripted)
+        elif not cycles.shading_system:
+            add("osl_off", "Open Shading Language is off, which the material's script needs.", "Turn on OSL", scripted)
+    return found + settings.losses(scene)
+
+
+def mend(scene, code=None):
+    """Mend what is wrong with a bpy.types.Scene: the problems of that code, or all. Returns those that were mended."""
+    mended = []
+    # what is mended may show what is wrong behind it: a body that has holes has no outer side yet
+    for _ in range(ROUNDS):
+        those = [problem for problem in problems(scene) if problem.remedy and code in (None, problem.code)]
+        for problem in those:
+            MENDS[problem.code](scene, problem)
+        mended += [problem for problem in those if problem not in mended]
+        if not those:
+            break
+    return mended
+
+
+def _use_nodes(scene, problem):
+    for name in problem.materials:
+        for node, _ in asked_interfaces(bpy.data.materials[name]):
+            node.node_tree = interface_group("nodes")
+
+
+def _use_cycles(scene, problem):
+    scene.render.engine = "CYCLES"
+
+
+def _use_osl(scene, problem):
+    scene.cycles.shading_system = True
+
+
+# Each finds the Problems of its kind in a sight.Sight; slow ones are quick where Sight.measured() has kept what they know.
+CHECKS = [*ray_checks.CHECKS, value_checks.find, value_checks.bumps, mesh_checks.find]
+# {code of a Problem that has a remedy: function(scene, problem) that does it}
+MENDS = {
+    "engine": _use_cycles,
+    "osl_missing": _use_nodes,
+    "osl_device": _use_nodes,
+    "osl_off": _use_osl,
+    **{loss.code: settings.mend for loss in settings.LOSSES},
+    **ray_checks.MENDS,
+    **value_checks.MENDS,
+    **mesh_checks.MENDS,
+}

@@ -1,0 +1,456 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which medium lies around each interface, found by casting rays: what they meet first says what they have run through."""
+
+import math
+from collections import Counter
+from functools import cached_property
+from itertools import product
+from typing import NamedTuple
+
+import bpy  # noqa: F401
+import numpy as np
+
+from ..cycles.material import asked_interfaces, interface_of
+from ..cycles.visibility import PATHS, asked, has_nodes
+from ..physics import Medium
+from .sight import Sight
+from .solids import Solid, bounds
+
+FRONT, BACK = "outside", "inside"  # the two sides of a face, by the names of the media there
+POINTS = 12  # on each patch
+LARGEST = 500_000  # faces of a mesh that may stand in a ray's way
+STANDING, PANEL_STANDING = 3_000_000, 200_000  # faces of all that may, and while a panel waits
+MOST = 1000  # vertices that tell where an instance is
+NEAR = 1e-5  # where rays start, off the face, relative to the size of the mesh
+TOUCHED = 24  # points on each patch that may lie on faces of something else
+AT_ONCE = 500_000  # rays times bodies
+RAYS = 12_000  # in all, about: where there are many patches, fewer leave each
+PANEL = 100  # patches of interfaces for which rays are cast while a panel waits
+AIMS = 4  # rays from each point that are aimed at other interfaces
+RIM = 32  # places on the rim of an open part
+SLANTS = (0.0, 0.8, 0.8, 0.8, 0.8)  # sines of the angles that rays leave at, evenly round the normal
+
+
+class Patch(NamedTuple):
+    """The faces of one part of one body that wear the same material: indices of the body and the part, material index."""
+
+    body: int
+    part: int
+    slot: int
+
+
+class Hit(NamedTuple):
+    """What a ray meets first: index of the body, face, its side (FRONT, BACK), and how far off."""
+
+    body: int
+    face: int
+    side: str
+    distance: float
+
+
+class Body:
+    """A visibility.Shown that rays can meet.
+
+    one, solid: the Shown, and the Solid of its mesh
+    media:      {material index: {FRONT: Medium, BACK: Medium}, where they are known, or None} of interfaces
+    open:       the material indices that rays pass: of volumes without a surface
+    """
+
+    def __init__(self, one, solid: Solid):
+        self.one, self.solid = one, solid
+        self.matrix = np.array(one.matrix.copy(), float)
+        self.media, self.open = {}, set()
+        for slot, material in enumerate(one.materials):
+            nodes = asked_interfaces(material)
+            if nodes:
+                between = interface_of(*nodes[0]) if len(nodes) == 1 else None
+                self.media[slot] = {FRONT: between.outside, BACK: between.inside} if between else None
+            elif has_nodes(material) and not asked(material) and asked(material, "Volume"):
+                self.open.add(slot)
+        corners = np.stack(np.meshgrid(*zip(solid.low, solid.high, strict=True)), -1).reshape(-1, 3)
+        self.low, self.high = bounds(self.world(corners))
+        self.size = float(np.linalg.norm(self.high - self.low))
+        self.heavy = solid.count > LARGEST  # rays pass it
+        with np.errstate(all="ignore"):
+            volume = abs(np.linalg.det(self.matrix[:3, :3]))
+        # or nowhere, or larger than single precision has areas for
+        self.flat = not (volume > 1e-30 and np.isfinite(volume) and max(self.size, solid.size) < 1e15)
+
+    @property
+    def name(self):
+        """Of the object in the file."""
+        return self.one.original.name
+
+    @property
+    def worn(self):
+        """Names of its interface materials, sorted."""
+        return tuple(sorted({self.one.materials[slot].name for slot in self.media}))
+
+    @cached_property
+    def inverse(self):
+        """World to the mesh's own coordinates, (4, 4)."""
+        return np.array(self.one.matrix.inverted_safe(), float)
+
+    def world(self, points):
+        """Points (..., 3) of the mesh in the world."""
+        return points @ self.matrix[:3, :3].T + self.matrix[:3, 3]
+
+    def local(self, point):
+        """A point (3,) of the world in the mesh's own coordinates."""
+        return self.inverse[:3, :3] @ point + self.inverse[:3, 3]
+
+    def has(self, place, normal, reach):
+        """Whether a face passes, along that normal or against it, a point of the world as near as `reach`."""
+        met, _, face, _ = (None,) * 4 if self.heavy else self.solid.tree.find_nearest(self.local(place).tolist())
+        if met is None or np.linalg.norm(self.world(np.array(met)) - place) > reach:
+            return False
+        other = self.solid.area[face] @ self.inverse[:3, :3]
+        return abs(other @ normal) > 0.9999 * np.linalg.norm(other)
+
+    def slot(self, face):
+        """The material index that counts for a face."""
+        return min(max(int(self.solid.material[face]), 0), len(self.one.materials) - 1)
+
+    def slots(self):
+        """(F,) of them."""
+        return np.clip(self.solid.material, 0, len(self.one.materials) - 1)
+
+    def patch(self, index, face):
+        """The Patch that a face is of; `index`: this body's."""
+        return Patch(index, int(self.solid.part[face]), self.slot(face))
+
+    def medium(self, patch, side):
+        """The Medium on that side of a Patch; None where it is no interface or not known."""
+        known = self.media.get(patch.slot)
+        return known[side] if known else None
+
+    def cast(self, origin, direction):
+        """(distance, face, side) of the first face that a ray in the world meets, or None; volumes alone it passes.
+
+        origin, direction: (3,), the latter unit
+        """
+        if self.heavy:
+            return None
+        place = self.local(origin)
+        along = self.inverse[:3, :3] @ direction
+        for _ in range(16 if self.open else 1):
+            met, _, face, _ = self.solid.tree.ray_cast(place.tolist(), along.tolist())
+            if met is None:
+                return None
+            if self.slot(face) not in self.open:
+                side = FRONT if along @ self.solid.area[face] < 0 else BACK
+                return float((self.world(np.array(met)) - origin) @ direction), face, side
+            place = np.array(met) + NEAR * self.solid.size * along / np.linalg.norm(along)
+        return None
+
+
+class Surroundings:
+    """The bodies of a scene, and what rays that leave an interface meet.
+
+    bodies: list of Body, the interfaces among them and what else may stand in a ray's way
+    memory: a dict in which what rays met is kept for the next time that the same meshes are in the same places
+    blind:  whether there are too many interfaces for now, so that no rays are cast
+    """
+
+    blind = False
+    eye = None  # (3,) where the camera is
+    beyond = ()  # bounds (2, 3) of what is rendered elsewhere
+
+    def __init__(self, bodies: list[Body], memory: dict | None = None):
+        self.bodies = [body for body in bodies if body.solid.count and not body.flat]
+        memory = {} if memory is None else memory
+        key = [(body.solid, body.matrix.tobytes(), len(body.one.materials), body.open) for body in self.bodies]
+        if memory.get("key") != key:
+            memory.clear()
+            memory["key"] = key
+        self._memory = memory
+        self.lows = np.array([body.low for body in self.bodies]).reshape(-1, 3)
+        self.highs = np.array([body.high for body in self.bodies]).reshape(-1, 3)
+
+    @cached_property
+    def patches(self) -> list[Patch]:
+        """Those of interfaces."""
+        found = []
+        for index, body in enumerate(self.bodies):
+            if body.media:
+                many = body.solid.part.astype(np.int64) * len(body.one.materials) + body.slots()
+                for one in np.unique(many).tolist():
+                    part, slot = divmod(one, len(body.one.materials))
+                    if slot in body.media:
+                        found.append(Patch(index, part, slot))
+        return found
+
+    def cast(self, origin, direction) -> Hit | None:
+        """The first thing that a ray meets, past what has a volume only. origin, direction: (3,), the latter unit."""
+        return self.cast_all(np.array([origin], float), np.array([direction], float))[0]
+
+    def cast_all(self, origins: np.ndarray, directions: np.ndarray) -> list:
+        """For each of several rays, (N, 3), the Hit or None."""
+        found = []
+        step = max(1, AT_ONCE // max(1, len(self.bodies)))
+        for start in range(0, len(origins), step):
+            rays = slice(start, start + step)
+            enters = self._enters(origins[rays], directions[rays])
+            found += [self._first(*ray) for ray in zip(origins[rays], directions[rays], enters, strict=True)]
+        return found
+
+    def _enters(self, origins, directions):
+        """(N, B) how far off, or less, each ray comes within the bounds of each body; inf where it does not."""
+        enter, leave = np.zeros((len(origins), len(self.bodies))), np.full((len(origins), len(self.bodies)), np.inf)
+        for axis in range(3):
+            # no direction is along an axis for long: a ray in the plane of a side passes by or meets it
+            along = np.where(np.abs(directions[:, axis]) < 1e-12, 1e-12, directions[:, axis])[:, None]
+            near = (self.lows[:, axis] - origins[:, axis, None]) / along
+            far = (self.highs[:, axis] - origins[:, axis, None]) / along
+            enter = np.maximum(enter, np.minimum(near, far))
+            leave = np.minimum(leave, np.maximum(near, far))
+        slack = 1e-6 * np.linalg.norm(self.highs - self.lows, axis=1)
+        return np.where(enter <= leave + slack, enter - slack, np.inf)
+
+    def _first(self, origin, direction, enters):
+        best = None
+        which = np.flatnonzero(np.isfinite(enters))
+        order = which[np.argsort(enters[which])]
+        for index, enter in zip(order.tolist(), enters[order].tolist(), strict=True):
+            if best and enter > best.distance:
+                break
+            met = self.bodies[index].cast(origin, direction)
+            if met and (best is None or met[0] < best.distance):
+                best = Hit(index, met[1], met[2], met[0])
+        return best
+
+    def within(self, point) -> set:
+        """The (body, part) of interfaces that a point in the world lies within."""
+        around = np.flatnonzero(((self.lows <= point) & (point <= self.highs)).all(axis=1)).tolist()
+        return {
+            (index, part)
+            for index in around
+            if self.bodies[index].media and not self.bodies[index].heavy
+            for part in self.bodies[index].solid.within(self.bodies[index].local(point))
+        }
+
+    def leaving(self, patch: Patch, side: str) -> list[list]:
+        """What rays meet that leave a Patch on that side: for each of some points a list of Hit, None for the far away.
+
+        Hits of the patch itself are left out.
+        """
+        points = min(POINTS, max(3, RAYS // (2 * (len(SLANTS) + AIMS) * len(self.patches))))
+        key = (patch, side, points)
+        if key not in self._memory:
+            starts, normals = self.starts(patch, side, points)
+            ways = [
+                np.array([*_around(normal), *self._towards(start, normal, patch.body)])
+                for start, normal in zip(starts, normals, strict=True)
+            ]
+            counts = [len(way) for way in ways]
+            hits = iter(self.cast_all(np.repeat(starts, counts, axis=0), np.concatenate(ways))) if counts else ()
+            found = [[next(hits) for _ in range(count)] for count in counts]
+            self._memory[key] = [
+                [hit for hit in those if hit is None or self.patch_of(hit) != patch] for those in found
+            ]
+        return self._memory[key]
+
+    def _towards(self, start, normal, body):
+        """Unit directions from a point to the interfaces nearest to it that are in front of it, a few."""
+        others = [index for index in self._interfaces if index != body]
+        ways = (self.lows[others] + self.highs[others]) / 2 - start
+        lengths = np.linalg.norm(ways, axis=1)
+        ways, lengths = ways[lengths > 0], lengths[lengths > 0]
+        ways = ways[np.argsort(lengths)[:AIMS]] / np.sort(lengths)[:AIMS, None]
+        return list(ways[ways @ normal > 0.05])
+
+    @cached_property
+    def _interfaces(self):
+        return [index for index, body in enumerate(self.bodies) if body.media]
+
+    def holders(self, patch: Patch, side: str) -> set:
+        """The (body, part) of interfaces that all of a Patch, just off it on that side, lies within."""
+        key = (patch, side)
+        if key not in self._memory:
+            starts, _ = self.starts(patch, side, POINTS)
+            found = None
+            for start in starts:
+                found = self.within(start) if found is None else found & self.within(start)
+                if not found:
+                    break
+            self._memory[key] = found or set()
+        return self._memory[key]
+
+    def touching(self, patch: Patch) -> tuple[Counter, dict, int]:
+        """How many of some points of a Patch lie on faces of each other body, by its index; and of how many.
+
+        Between the two: the sum of the unit normals there, (3,), by the same index.
+        """
+        key = (patch,)
+        if key not in self._memory:
+            body, found, sums = self.bodies[patch.body], Counter(), {}
+            starts, normals = self.starts(patch, FRONT, TOUCHED, 0.0)
+            for place, normal in zip(starts, normals, strict=True):
+                reach = NEAR * body.size
+                near = ((self.lows - reach <= place) & (place <= self.highs + reach)).all(axis=1)
+                for other in set(np.flatnonzero(near).tolist()) - {patch.body}:
+                    # single precision is less precise on what is large
+                    slack = min(4 * reach, 2e-7 * self.bodies[other].size)
+                    if self.bodies[other].has(place, normal, reach + slack):
+                        found[other] += 1
+                        sums[other] = sums.get(other, 0) + normal
+            self._memory[key] = found, sums, len(starts)
+        return self._memory[key]
+
+    def is_before(self, point: np.ndarray, patch: Patch) -> bool:
+        """Whether a point (3,) in the world is on the outer side of the plane that a part is in or near."""
+        body = self.bodies[patch.body]
+        middle, normal = body.solid.plane(patch.part)
+        return bool((body.local(point) - middle) @ normal > 1e-3 * body.solid.size)
+
+    def is_supported(self, index: int, part: int) -> bool:
+        """Whether the rim of an open part lies at, in or behind something else, as a pool's surface ends at its walls.
+
+        Or, of a sheet, beyond everything else, as the sea's does.
+        """
+        body = self.bodies[index]
+        solid = body.solid
+        if solid.parts[part].is_sheet and self._spans(index, part):
+            return True
+        mine = np.flatnonzero(solid.part[solid.rim.face] == part)
+        mine = mine[np.unique(np.linspace(0, len(mine) - 1, RIM).astype(int))]
+        middle = body.world(solid.plane(part)[0]) if solid.parts[part].is_sheet else None
+        held = sum(self._is_held(body, index, edge, middle) for edge in mine)
+        return held >= 0.9 * len(mine)
+
+    def _spans(self, index, part):
+        """Whether the camera and all other bodies are within the outline of a sheet, seen along its normal."""
+        body = self.bodies[index]
+        if self.eye is None:
+            return False
+        _, normal = body.solid.plane(part)
+        axes = np.linalg.svd(normal[None])[2][1:]  # of unit length, along the sheet
+        own = body.solid.points[body.solid.corners[np.repeat(body.solid.part == part, np.diff(body.solid.begins))]]
+        others = [other for other in range(len(self.bodies)) if other != index]
+        both = np.stack([self.lows[others], self.highs[others]])
+        both = np.concatenate([both, np.array(self.beyond).reshape(-1, 2, 3).swapaxes(0, 1)], axis=1)
+        corners = [both[list(turn), :, range(3)].T for turn in product((0, 1), repeat=3)]
+        inside = np.vstack([*corners, [self.eye]])
+        inside = np.array([body.local(point) for point in inside]) @ axes.T
+        low, high = bounds(own @ axes.T)
+        margin = 0.1 * (high - low)
+        return bool(((inside > low + margin) & (inside < high - margin)).all())
+
+    def _is_held(self, body, index, edge, middle):
+        solid = body.solid
+        ends = body.world(solid.points[[solid.rim.start[edge], solid.rim.end[edge]]].astype(float))
+        face = int(solid.rim.face[edge])
+        place, length = ends.mean(axis=0), np.linalg.norm(ends[1] - ends[0])
+        reach = 1e-3 * body.size
+        near = np.flatnonzero(((self.lows - reach <= place) & (place <= self.highs + reach)).all(axis=1))
+        for other in near.tolist():
+            thing = self.bodies[other]
+            if thing.heavy:
+                continue
+            local = thing.local(place)
+            if other == index:
+                # edges that a neighbour's vertex divides
+                scale = np.abs(np.linalg.det(body.matrix[:3, :3])) ** (1 / 3)
+                around = solid.tree.find_nearest_range(local.tolist(), min(reach, length / 10) / scale)
+                if any(one[2] != face for one in around):
+                    return True
+                continue
+            nearest = thing.solid.tree.find_nearest(local.tolist())[0]
+            if nearest is not None and np.linalg.norm(thing.world(np.array(nearest)) - place) <= reach:
+                return True
+            if thing.solid.within(local):
+                return True
+        inner = body.world(solid.place(face))
+        for start, end in [(inner, place)] + ([(place, middle)] if middle is not None else []):
+            way = end - start
+            far = np.linalg.norm(way)
+            if far > 0:
+                hit = self.cast(start + 1e-4 * way, way / far)
+                if hit and hit.body != index and hit.distance <= far + reach * (end is place):
+                    return True
+        return False
+
+    def starts(self, patch: Patch, side: str, count: int = POINTS, near: float = NEAR) -> tuple[np.ndarray, np.ndarray]:
+        """Points (N, 3) in the world just off a Patch, and the unit normals (N, 3) on that side."""
+        body = self.bodies[patch.body]
+        count = 0 if body.heavy or self.blind else count
+        chosen = (body.solid.part == patch.part) & (body.slots() == patch.slot)
+        places, normals, _ = body.solid.samples(chosen, count)
+        normals = normals @ body.inverse[:3, :3]  # as normals go: by the transpose of the inverse
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        normals = normals if side == FRONT else -normals
+        return body.world(places) + near * body.size * normals, normals
+
+    def patch_of(self, hit: Hit) -> Patch:
+        """The Patch that was hit."""
+        return self.bodies[hit.body].patch(hit.body, hit.face)
+
+
+def survey(sight: Sight) -> Surroundings:
+    """The Surroundings of what a sight.Sight shows; what is over its limit is left out of it."""
+    memory = sight.kept.setdefault("surroundings", {})
+    wearers = {one for those in sight.worn.values() for one in those}
+    solids = {}  # by mesh, which many may share
+
+    def bodies_of(those):
+        for one in those:
+            key = one.mesh.as_pointer()
+            if key not in solids:
+                solids[key] = sight.measured(one, "solid", Solid)
+            if solids[key]:
+                yield Body(one, solids[key])
+
+    bodies = [body for body in bodies_of(one for one in sight.shown if one in wearers) if not body.flat]
+    others = [one for one in sight.shown if one not in wearers and not one.original.get(PATHS)]
+    near, beyond = _standing(others, bodies, sight.limit)
+    bodies += bodies_of(near)
+    around = Surroundings(bodies, memory)
+    if sight.limit is not None and len(around.patches) > PANEL:
+        sight.left_out.update(body.name for body in bodies if body.media)
+        around = Surroundings(bodies)  # what it does not know is not to be remembered
+        around.blind = True
+    around.beyond = beyond
+    camera = sight.scene.camera
+    if camera:
+        around.eye = np.array(camera.evaluated_get(sight.depsgraph).matrix_world.translation)
+    return around
+
+
+def _standing(others, interfaces, limit):
+    """Of Shown without an interface those that may stand between interfaces, and the bounds (2, 3) of all the rest."""
+    if not interfaces:
+        return [], []
+    low = np.min([body.low for body in interfaces], axis=0)
+    high = np.max([body.high for body in interfaces], axis=0)
+    margin = 0.01 * np.linalg.norm(high - low)
+    near, beyond, left = [], [], STANDING if limit is None else PANEL_STANDING
+    for one in others:
+        corners = np.array(one.object.bound_box)
+        if one.object.data != one.mesh:  # an instance that geometry nodes made, whose object is another
+            corners = np.array([vertex.co for vertex in one.mesh.vertices[:MOST]]).reshape(-1, 3)
+        matrix = np.array(one.matrix.copy(), float)
+        box = np.array(bounds(corners @ matrix[:3, :3].T + matrix[:3, 3]))
+        count = len(one.mesh.polygons)
+        if (box[0] <= high + margin).all() and (box[1] >= low - margin).all() and count <= min(left, limit or LARGEST):
+            near.append(one)
+            left -= count
+        else:
+            beyond.append(box)
+    return near, beyond
+
+
+def same(one: Medium, other: Medium) -> bool:
+    """Whether two media are the same to what a socket holds: the permeability counts by magnitude."""
+    return math.isclose(one.n, other.n, rel_tol=1e-5) and math.isclose(one.mu, other.mu, rel_tol=1e-5)
+
+
+def _around(normal):
+    """Unit directions (N, 3) about a normal."""
+    side = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
+    side /= np.linalg.norm(side)
+    other = np.cross(normal, side)
+    turns = 2.4 * np.arange(len(SLANTS)) + 0.3  # no symmetry of the mesh's
+    sines = np.array(SLANTS)[:, None]
+    return (
+        np.sqrt(1 - sines**2) * normal + sines * (np.cos(turns)[:, None] * side + np.sin(turns)[:, None] * other)
+    )  # fmt: skip

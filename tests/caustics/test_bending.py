@@ -1,0 +1,220 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Photons through what materials are made of: volumes, glass of every kind, groups; and what is refused, in a sentence."""
+
+import math
+
+import bpy
+import numpy as np
+import pytest
+
+from nim_addon.caustics.lights import Sun
+from nim_addon.caustics.photons import Tracer
+from nim_addon.cycles.material import interface_material, interface_node
+from nim_addon.cycles.nodes import Nodes, empty_tree
+from nim_addon.physics import Interface, Medium
+from nim_addon.scenes import shapes, surfaces
+from nim_addon.scenes.stage import Stage
+
+SIDE = 64
+DOWN = Sun((0, 0, -1), (1.0, 1.0, 1.0), 0.0)
+
+
+def material_of(build):
+    """A material whose nodes build(nodes) adds, and whose shader it returns."""
+    material = bpy.data.materials.new("Made")
+    nodes = Nodes(empty_tree(material))
+    nodes.end(build(nodes))
+    return material
+
+
+def volume(material, kind="Absorption", density=0.5, color=(0.0, 0.5, 1.0)):
+    """Fill a material with a volume; of white light the colour's part stays where the density is 1, after 1 m."""
+    nodes = Nodes(material.node_tree)
+    shader = nodes.add(f"ShaderNodeVolume{kind}", inputs={"Density": density, "Color": color})
+    nodes.feed(material.node_tree.get_output_node("CYCLES").inputs["Volume"], shader.outputs[0])
+    return material
+
+
+def scene_of(material, shape=None):
+    """A metre of it, 2 m wide, over a wide floor."""
+    stage = Stage("box", (64, 64), "nodes")
+    stage.mesh("Floor", *shapes.rectangle((-9, -9), (9, 9), -1.0), surfaces.plain("Floor", (0.5, 0.5, 0.5)))
+    stage.mesh("Box", *(shape or shapes.box((-1, -1, 0), (1, 1, 1))), material)
+    return stage.scene
+
+
+def landed(scene, sun=DOWN, passes=4):
+    """Place (N, 2) and power (N, 3), counted by Cycles, of what landed, that of all passes divided by their number."""
+    with Tracer(scene) as tracer:
+        batches = list(tracer.trace(sun, SIDE**2, passes))
+    place, power, share = (
+        np.concatenate([getattr(one, name) for one in batches]) for name in ("place", "power", "share")
+    )
+    return place, power * share[:, None] / passes
+
+
+# ------------------------------------------------------------------------------------------------ volumes
+
+
+@pytest.mark.parametrize("density", [0.5, 20.0])
+@pytest.mark.parametrize("n", [1.0, -1.0])
+def test_an_absorbing_volume_takes_light_and_moves_nothing(n, density, empty_file):
+    """Beer-Lambert over 1 m, each colour by itself, and each photon where it lands without the volume."""
+    clear = scene_of(interface_material("Box", Medium(n), backend="nodes"))
+    sun = DOWN._replace(direction=(0.3, 0.0, -1.0))
+    there, whole = landed(clear, sun)
+    thick = scene_of(volume(interface_material("Box", Medium(n), backend="nodes"), density=density))
+    place, power = landed(thick, sun)
+    assert np.array_equal(place, there)
+    # most of the light goes from top to bottom, some by the sides
+    length = math.hypot(0.3, 1.0)
+    most = np.median(power / whole, axis=0)
+    assert most == pytest.approx(np.exp(-density * length * np.array([1.0, 0.5, 0.0])), rel=1e-3)
+
+
+def test_a_volume_alone_stops_nothing_and_takes_its_part(empty_file):
+    box = bpy.data.materials.new("Smoke")
+    nodes = Nodes(empty_tree(box))
+    nodes.add("ShaderNodeOutputMaterial")
+    volume(box, density=1.0)
+    scene = scene_of(box)
+    mesh = bpy.data.meshes.new("Surface")
+    vertices, faces = shapes.rectangle((-0.5, -0.5), (0.5, 0.5), -0.5)[:2]
+    mesh.from_pydata(vertices, [], faces)
+    mesh.materials.append(interface_material("NIM", Medium(-1.5), backend="nodes"))
+    scene.collection.objects.link(bpy.data.objects.new("Surface", mesh))
+    place, power = landed(scene)
+    # light that met the volume only is not the photons'
+    assert np.abs(place).max() < 0.52
+    passed = 0.96 / 1.5**2 * np.exp([-1.0, -0.5, 0.0])
+    assert power.sum(axis=0) == pytest.approx(passed, rel=0.03)
+
+
+@pytest.mark.parametrize("kind", ["Scatter", "Principled"])
+def test_a_volume_that_scatters_is_refused(kind, empty_file, one_sentence):
+    scene = scene_of(volume(interface_material("Milk", Medium(1.5), backend="nodes"), kind))
+    with pytest.raises(ValueError) as error, Tracer(scene):
+        pass
+    one_sentence(error.value, "Milk", "Box", "Volume Absorption")
+
+
+# ------------------------------------------------------------------------------------------------ glass
+
+
+def principled(**values):
+    def build(nodes):
+        inputs = {"Transmission Weight": 1.0, "Roughness": 0.0, "IOR": 1.5, "Base Color": (1.0, 1.0, 1.0)}
+        return nodes.add("ShaderNodeBsdfPrincipled", inputs=inputs | values)
+
+    return material_of(build)
+
+
+@pytest.mark.parametrize("n", [1.5, 1.2])
+def test_principled_glass_is_glass(n, empty_file):
+    sheet = shapes.rectangle((-1, -1), (1, 1))
+    place, power = landed(scene_of(principled(IOR=n), sheet))
+    passed = 4 * (1 - float(Interface(Medium(n)).fresnel(1.0).R)) / n**2
+    assert power.sum(axis=0) == pytest.approx(np.full(3, passed), rel=0.03)
+    # its colour is that of two crossings
+    _, tinted = landed(scene_of(principled(IOR=n, **{"Base Color": (0.25, 0.64, 1.0)}), sheet))
+    assert tinted.sum(axis=0) == pytest.approx(power.sum(axis=0) * (0.5, 0.8, 1.0), rel=1e-3)
+
+
+def test_principled_metal_is_a_mirror(empty_file):
+    """What comes from below is mirrored down."""
+    scene = scene_of(principled(Metallic=1.0, **{"Base Color": (0.9, 0.5, 0.2)}), shapes.rectangle((-1, -1), (1, 1)))
+    place, power = landed(scene, DOWN._replace(direction=(0, 0, -1)))
+    assert len(place) == 0
+    roof = scene.objects["Box"]
+    roof.rotation_euler.y = math.radians(-60)  # sends what comes from above away and down
+    place, power = landed(scene)
+    assert power.sum(axis=0)[0] > 0.5 and np.median(place[:, 0]) < -0.5
+    assert np.ptp(power.sum(axis=0) / power.sum(axis=0)[0] / np.array([1.0, 5 / 9, 2 / 9])) < 0.6
+
+
+@pytest.mark.parametrize(
+    "values",
+    [{"Transmission Weight": 0.5}, {"Roughness": 0.3}, {"Coat Weight": 1.0}, {"Alpha": 0.5}, {"Metallic": 0.5}],
+)
+def test_glass_in_part_is_refused(values, empty_file, one_sentence):
+    with pytest.raises(ValueError) as error, Tracer(scene_of(principled(**values))):
+        pass
+    one_sentence(error.value, "Made", "Box", "Transmission", "Roughness")
+
+
+def test_rough_and_mixed_glass_are_refused(empty_file, one_sentence):
+    def mixed(nodes):
+        glass = nodes.add("ShaderNodeBsdfGlass", inputs={"Roughness": 0.0})
+        other = nodes.add("ShaderNodeBsdfDiffuse")
+        return nodes.add("ShaderNodeMixShader", inputs={0: 0.5, 1: glass.outputs[0], 2: other.outputs[0]})
+
+    for material in (
+        material_of(lambda nodes: nodes.add("ShaderNodeBsdfGlass", inputs={"Roughness": 0.3})),
+        material_of(mixed),
+    ):
+        with pytest.raises(ValueError) as error, Tracer(scene_of(material)):
+            pass
+        one_sentence(error.value, "Made", "Box", "Roughness")
+
+
+def shadowless(shader):
+    """The way glass is often given bright shadows: it is not there for shadow rays."""
+
+    def build(nodes):
+        other = nodes.add("ShaderNodeBsdfTransparent")
+        ray = nodes.add("ShaderNodeLightPath").outputs["Is Shadow Ray"]
+        return nodes.add("ShaderNodeMixShader", inputs={0: ray, 1: shader(nodes).outputs[0], 2: other.outputs[0]})
+
+    return material_of(build)
+
+
+@pytest.mark.parametrize("kind", ["interface", "Glass"])
+def test_what_lets_shadow_rays_pass_is_refused(kind, empty_file, one_sentence):
+    def shader(nodes):
+        if kind == "Glass":
+            return nodes.add("ShaderNodeBsdfGlass", inputs={"Roughness": 0.0})
+        return interface_node(nodes.tree, Medium(-1.5), backend="nodes")
+
+    with pytest.raises(ValueError) as error, Tracer(scene_of(shadowless(shader))):
+        pass
+    one_sentence(error.value, "Made", "Box", "twice", "Transparent")
+
+
+# ------------------------------------------------------------------------------------------------ groups
+
+
+def grouped(material, times=1):
+    """The shader of a material put into a group, that into another, and so on; the index comes from the outermost."""
+    for depth in range(times):
+        tree = material.node_tree
+        inner = bpy.data.node_groups.new(f"Mine {depth}", "ShaderNodeTree")
+        inner.interface.new_socket("n", in_out="INPUT", socket_type="NodeSocketFloat")
+        inner.interface.new_socket("Shader", in_out="OUTPUT", socket_type="NodeSocketShader")
+        enter, leave = inner.nodes.new("NodeGroupInput"), inner.nodes.new("NodeGroupOutput")
+        old = tree.get_output_node("CYCLES").inputs["Surface"].links[0].from_node
+        new = inner.nodes.new(old.bl_idname)
+        new.node_tree = old.node_tree
+        index = "Index Inside" if depth == 0 else "n"
+        value = old.inputs[index].default_value
+        inner.links.new(enter.outputs["n"], new.inputs[index])
+        inner.links.new(new.outputs[0], leave.inputs[0])
+        nodes = Nodes(tree)
+        holds = nodes.add("ShaderNodeGroup", node_tree=inner, inputs={"n": value})
+        tree.nodes.remove(old)
+        nodes.feed(tree.get_output_node("CYCLES").inputs["Surface"], holds.outputs[0])
+    return material
+
+
+@pytest.mark.parametrize("times", [1, 2])
+def test_an_interface_in_a_persons_groups_bends_photons(times, empty_file):
+    sheet = shapes.rectangle((-1, -1), (1, 1))
+    sun = DOWN._replace(direction=(0.5, 0.0, -1.0))
+    plain, power = landed(scene_of(interface_material("Plain", Medium(-1.33), backend="nodes"), sheet), sun)
+    groups = set(bpy.data.node_groups)
+    material = grouped(interface_material("Held", Medium(-1.33), backend="nodes"), times)
+    mine = set(bpy.data.node_groups) - groups
+    scene = scene_of(material, sheet)
+    place, same = landed(scene, sun)
+    assert same.sum() == pytest.approx(power.sum(), rel=0.02)
+    assert np.median(place, axis=0) == pytest.approx(np.median(plain, axis=0), abs=0.01)
+    assert set(bpy.data.node_groups) == groups | mine  # copies of groups are gone

@@ -125,7 +125,13 @@ def zipped():
 
 def test_package_holds_what_it_needs(zipped):
     names = zipfile.ZipFile(zipped).namelist()
-    for needed in ("LICENSE", "osl/nim_interface.osl", "assets/nim_assets.blend", "assets/blender_assets.cats.txt"):
+    for needed in (
+        "LICENSE",
+        "locale/es.po",
+        "osl/nim_interface.osl",
+        "assets/nim_assets.blend",
+        "assets/blender_assets.cats.txt",
+    ):
         assert needed in names
     assert any(name.startswith("presets/") for name in names)
     assert not [name for name in names if "__pycache__" in name or name.endswith((".blend1", ".whl"))]

@@ -1,26 +1,31 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The add-on's texts in other languages than English."""
+"""The add-on's texts in other languages than English: a .po file each, in locale/."""
+
+from pathlib import Path
 
 import bpy
 
-from .spanish import TEXTS
+from . import po
 
 PACKAGE = __package__.rpartition(".")[0]
+LOCALE = Path(__file__).parents[1] / "locale"
 # Where Blender has a word of its own, that is shown: this context is for the few texts that its word does not fit.
 OWN = "NIM"
 CONTEXTS = (bpy.app.translations.contexts.default, bpy.app.translations.contexts.operator_default, OWN)
-LANGUAGES = {"es": TEXTS}
+LANGUAGES = {file.stem: po.read(file) for file in sorted(LOCALE.glob("*.po"))}
 
 
-def dictionary():
+def dictionary() -> dict[str, dict[tuple[str, str], str]]:
     """The texts as Blender takes them: {language: {(context, text): translation}}.
 
-    Each is in every context, as the same words are a label here and a button, which is an operator's name, there.
+    One that names no context is in all of them where none has its own, as the same words are a label here and a button,
+    which is an operator's name, there.
     """
-    return {
-        language: {(context, text): translated for text, translated in texts.items() for context in CONTEXTS}
-        for language, texts in LANGUAGES.items()
-    }
+    filled = {}
+    for language, texts in LANGUAGES.items():
+        general = {(context, text): told for (own, text), told in texts.items() if not own for context in CONTEXTS}
+        filled[language] = general | {key: told for key, told in texts.items() if key[0]}
+    return filled
 
 
 CLASSES = ()

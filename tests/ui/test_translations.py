@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The dictionaries are complete: every text that a person may read has a translation, and none is left over.
+"""The translations are complete: every text that a person may read has a translation, and none is left over.
 
 The wheels are built without translation, so what Blender makes of a dictionary can be seen in a Blender with a window
 only. What it is given can be held against all that it shows, and that is done here.
@@ -21,7 +21,7 @@ from nim_addon.cycles.material import SOCKETS
 from nim_addon.ui import translations
 
 # The modules whose texts are looked for: what the panels show of the checks is written there.
-SOURCES = [source for source in sorted(Path(ui.__file__).parent.glob("*.py")) if source.stem != "spanish"]
+SOURCES = sorted(Path(ui.__file__).parent.glob("*.py"))
 CHECKS = (checks, border_checks, mesh_checks, place_checks, problem, ray_checks, settings, value_checks)
 SOURCES += [Path(module.__file__) for module in CHECKS]
 # Literals of these modules that read like a text, and why they are none.
@@ -125,13 +125,13 @@ def texts(addon):
 
 @pytest.mark.parametrize("language", translations.LANGUAGES)
 def test_every_text_has_a_translation(texts, language):
-    missing = {text: where for text, where in texts.items() if text not in translations.LANGUAGES[language]}
-    assert not missing, f"add these to the dictionary, or to NOT_SHOWN: {missing}"
+    missing = {text: where for text, where in texts.items() if (None, text) not in translations.LANGUAGES[language]}
+    assert not missing, f"add these to locale/{language}.po, or to NOT_SHOWN: {missing}"
 
 
 @pytest.mark.parametrize("language", translations.LANGUAGES)
 def test_no_translation_is_left_over(texts, language):
-    left = sorted(set(translations.LANGUAGES[language]) - set(texts))
+    left = sorted({text for _, text in translations.LANGUAGES[language]} - set(texts))
     assert not left, f"nothing shows these any more: {left}"
 
 
@@ -145,7 +145,7 @@ def test_translations_have_the_same_places_to_fill_in(language):
     def places(text):
         return sorted((name, form) for _, name, form, _ in string.Formatter().parse(text) if name is not None)
 
-    for text, translated in translations.LANGUAGES[language].items():
+    for (_, text), translated in translations.LANGUAGES[language].items():
         assert places(translated) == places(text), text
         assert translated.strip() == translated != "", text
         assert (translated[-1] in ".:") == (text[-1] in ".:"), text
@@ -155,6 +155,13 @@ def test_every_text_is_given_to_blender_as_label_and_as_button(texts):
     for given in translations.dictionary().values():
         assert {("*", text) for text in texts} <= set(given)
         assert {("Operator", text) for text in texts} <= set(given)
+
+
+def test_what_names_a_context_is_for_that_alone(monkeypatch):
+    both = {("Operator", "Bake"): "Capturar", (None, "Bake"): "Captura"}
+    monkeypatch.setattr(translations, "LANGUAGES", {"es": both})
+    given = {("*", "Bake"): "Captura", ("Operator", "Bake"): "Capturar", (translations.OWN, "Bake"): "Captura"}
+    assert translations.dictionary() == {"es": given}
 
 
 @pytest.mark.skipif(not bpy.app.build_options.international, reason="the wheels are built without translation")

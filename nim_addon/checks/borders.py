@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..physics import Medium
-from .surroundings import BACK, FRONT, Patch, Surroundings, same
+from .bodies import BACK, FRONT, Patch
+from .surroundings import Surroundings, same
 
 MANY = 48  # points of a patch that must lie in another before it is said that all of it does
 OTHER = {FRONT: BACK, BACK: FRONT}

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..cycles import visibility
 from ..cycles.problem import Problem, about, own_data
-from . import border_checks, place_checks
+from . import media_checks, place_checks
 from .borders import Borders
 from .sight import Sight, look
 from .solids import Solid
@@ -34,7 +34,7 @@ def find(sight: Sight) -> list[Problem]:
     """The Problems of the meshes that wear an interface, of where they are, and of the media that border on them."""
     borders = Borders(survey(sight))
     own = _normals(sight, borders) + _holes(sight, borders) + _doubled(sight, borders)
-    return own + border_checks.find(borders) + place_checks.find(sight, borders.around)
+    return own + media_checks.find(borders) + place_checks.find(sight, borders.around)
 
 
 # ---------------------------------------------------------------------------------------------------- normals
@@ -331,7 +331,7 @@ class _Edited:
 
 
 MENDS = {
-    **border_checks.MENDS,
+    **media_checks.MENDS,
     **place_checks.MENDS,
     "normals": _turn_out,
     "open": _close,

@@ -10,18 +10,15 @@ from typing import NamedTuple
 import bpy  # noqa: F401
 import numpy as np
 
-from ..cycles.material import asked_interfaces, interface_of
-from ..cycles.visibility import PATHS, asked, has_nodes
+from ..cycles.visibility import PATHS
 from ..physics import Medium
+from .bodies import FRONT, LARGEST, NEAR, Body, Patch
 from .sight import Sight
 from .solids import Solid, bounds
 
-FRONT, BACK = "outside", "inside"  # the two sides of a face, by the names of the media there
 POINTS = 12  # on each patch
-LARGEST = 500_000  # faces of a mesh that may stand in a ray's way
 STANDING, PANEL_STANDING = 3_000_000, 200_000  # faces of all that may, and while a panel waits
 MOST = 1000  # vertices that tell where an instance is
-NEAR = 1e-5  # where rays start, off the face, relative to the size of the mesh
 TOUCHED = 24  # points on each patch that may lie on faces of something else
 AT_ONCE = 500_000  # rays times bodies
 RAYS = 12_000  # in all, about: where there are many patches, fewer leave each
@@ -31,14 +28,6 @@ RIM = 32  # places on the rim of an open part
 SLANTS = (0.0, 0.8, 0.8, 0.8, 0.8)  # sines of the angles that rays leave at, evenly round the normal
 
 
-class Patch(NamedTuple):
-    """The faces of one part of one body that wear the same material: indices of the body and the part, material index."""
-
-    body: int
-    part: int
-    slot: int
-
-
 class Hit(NamedTuple):
     """What a ray meets first: index of the body, face, its side (FRONT, BACK), and how far off."""
 
@@ -46,102 +35,6 @@ class Hit(NamedTuple):
     face: int
     side: str
     distance: float
-
-
-class Body:
-    """A visibility.Shown that rays can meet.
-
-    one, solid: the Shown, and the Solid of its mesh
-    media:      {material index: {FRONT: Medium, BACK: Medium}, where they are known, or None} of interfaces
-    open:       the material indices that rays pass: of volumes without a surface
-    """
-
-    def __init__(self, one, solid: Solid):
-        self.one, self.solid = one, solid
-        self.matrix = np.array(one.matrix.copy(), float)
-        self.media, self.open = {}, set()
-        for slot, material in enumerate(one.materials):
-            nodes = asked_interfaces(material)
-            if nodes:
-                between = interface_of(*nodes[0]) if len(nodes) == 1 else None
-                self.media[slot] = {FRONT: between.outside, BACK: between.inside} if between else None
-            elif has_nodes(material) and not asked(material) and asked(material, "Volume"):
-                self.open.add(slot)
-        corners = np.stack(np.meshgrid(*zip(solid.low, solid.high, strict=True)), -1).reshape(-1, 3)
-        self.low, self.high = bounds(self.world(corners))
-        self.size = float(np.linalg.norm(self.high - self.low))
-        self.heavy = solid.count > LARGEST  # rays pass it
-        with np.errstate(all="ignore"):
-            volume = abs(np.linalg.det(self.matrix[:3, :3]))
-        # or nowhere, or larger than single precision has areas for
-        self.flat = not (volume > 1e-30 and np.isfinite(volume) and max(self.size, solid.size) < 1e15)
-
-    @property
-    def name(self):
-        """Of the object in the file."""
-        return self.one.original.name
-
-    @property
-    def worn(self):
-        """Names of its interface materials, sorted."""
-        return tuple(sorted({self.one.materials[slot].name for slot in self.media}))
-
-    @cached_property
-    def inverse(self):
-        """World to the mesh's own coordinates, (4, 4)."""
-        return np.array(self.one.matrix.inverted_safe(), float)
-
-    def world(self, points):
-        """Points (..., 3) of the mesh in the world."""
-        return points @ self.matrix[:3, :3].T + self.matrix[:3, 3]
-
-    def local(self, point):
-        """A point (3,) of the world in the mesh's own coordinates."""
-        return self.inverse[:3, :3] @ point + self.inverse[:3, 3]
-
-    def has(self, place, normal, reach):
-        """Whether a face passes, along that normal or against it, a point of the world as near as `reach`."""
-        met, _, face, _ = (None,) * 4 if self.heavy else self.solid.tree.find_nearest(self.local(place).tolist())
-        if met is None or np.linalg.norm(self.world(np.array(met)) - place) > reach:
-            return False
-        other = self.solid.area[face] @ self.inverse[:3, :3]
-        return abs(other @ normal) > 0.9999 * np.linalg.norm(other)
-
-    def slot(self, face):
-        """The material index that counts for a face."""
-        return min(max(int(self.solid.material[face]), 0), len(self.one.materials) - 1)
-
-    def slots(self):
-        """(F,) of them."""
-        return np.clip(self.solid.material, 0, len(self.one.materials) - 1)
-
-    def patch(self, index, face):
-        """The Patch that a face is of; `index`: this body's."""
-        return Patch(index, int(self.solid.part[face]), self.slot(face))
-
-    def medium(self, patch, side):
-        """The Medium on that side of a Patch; None where it is no interface or not known."""
-        known = self.media.get(patch.slot)
-        return known[side] if known else None
-
-    def cast(self, origin, direction):
-        """(distance, face, side) of the first face that a ray in the world meets, or None; volumes alone it passes.
-
-        origin, direction: (3,), the latter unit
-        """
-        if self.heavy:
-            return None
-        place = self.local(origin)
-        along = self.inverse[:3, :3] @ direction
-        for _ in range(16 if self.open else 1):
-            met, _, face, _ = self.solid.tree.ray_cast(place.tolist(), along.tolist())
-            if met is None:
-                return None
-            if self.slot(face) not in self.open:
-                side = FRONT if along @ self.solid.area[face] < 0 else BACK
-                return float((self.world(np.array(met)) - origin) @ direction), face, side
-            place = np.array(met) + NEAR * self.solid.size * along / np.linalg.norm(along)
-        return None
 
 
 class Surroundings:

@@ -5,8 +5,9 @@ import bpy
 
 from ..cycles.material import asked_interfaces
 from ..cycles.problem import LINKED, Problem
+from .bodies import BACK, FRONT
 from .borders import Borders, Misfit
-from .surroundings import BACK, FRONT, same
+from .surroundings import same
 
 # By Misfit.kind: what is said of one thing, and of several; {medium} is what `other` says, {own} what the thing says.
 SENTENCES = {

@@ -6,13 +6,12 @@ import math
 import numpy as np
 
 from ..cycles.nodes import Nodes, empty_tree
-from ..scenes import SceneType, cube, surfaces
+from ..scenes import surfaces
 from ..scenes.cube import HALF, INTERFACE, LIFT
 from .claims import Claim
 from .measure import measured
 from .recipes import Figure, Recipe
 
-CUBE = SceneType("cube", "a ball in a cube of glass under water", cube.CubeParameters, cube.build, cube.pose, "")
 ELEVATIONS = (55, 40, 25, 10)
 
 
@@ -87,7 +86,7 @@ FIGURES = (
             *(
                 Recipe(
                     f"from_{elevation}",
-                    CUBE,
+                    "cube",
                     (f"elevation={elevation}",),
                     draft=((300, 300), 48),
                     final=((960, 960), 48),
@@ -97,7 +96,7 @@ FIGURES = (
             ),
             Recipe(
                 "bottom",
-                CUBE,
+                "cube",
                 ("elevation=26", "turn=0"),
                 draft=((240, 240), 128),
                 change=bottom,

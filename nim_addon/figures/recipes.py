@@ -17,7 +17,7 @@ class Recipe:
     """One render.
 
     name:     of its files, and of its image in measure(); letters, digits, dots, dashes
-    scene:    name of one of scenes.SCENES, or a scenes.SceneType that is not among them
+    scene:    name of one of scenes.SCENES, or of those OF_FIGURES
     settings: texts "key=value", as `nimray render --set` takes them
     draft:    size (width, height) in pixels, and samples, at that quality
     final:    the same; as the draft where left out, which is right for what is only measured
@@ -30,7 +30,7 @@ class Recipe:
     """
 
     name: str
-    scene: object
+    scene: str
     settings: tuple = ()
     draft: tuple = ((480, 360), 64)
     final: tuple | None = None

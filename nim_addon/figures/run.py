@@ -161,7 +161,7 @@ def _effort(recipe, quality):
 
 def _image(recipe, files, quality, backend, showing):
     """The Image of a recipe, whose EXR files are rendered where they are missing."""
-    kind = scene_type(recipe.scene) if isinstance(recipe.scene, str) else recipe.scene
+    kind = scene_type(recipe.scene, of_figures=True)
     parameters = kind.parameters.read(recipe.settings)
     pose = recipe.pose or kind.pose(parameters)
     size, samples = recipe.frame(quality)

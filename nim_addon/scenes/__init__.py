@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import bpy  # noqa: F401  the wheel has bmesh only once bpy is imported
 
-from . import glass, pool, sea, sphere
+from . import cube, glass, pool, sea, sphere
 from .parameters import Parameters, unknown
 
 
@@ -14,7 +14,8 @@ class SceneType(NamedTuple):
     """A scene: its name, one line on what it shows, the dataclass of its parameters, `build(parameters, backend)`.
 
     `pose(parameters)` is where its camera stands; `compared` are the values, as `nimray compare --vary` takes them, that
-    show it empty, with water and with a NIM.
+    show it empty, with water and with a NIM; `size` is that of its picture, (width, height) in pixels, where nothing else
+    is asked for.
     """
 
     name: str
@@ -23,6 +24,7 @@ class SceneType(NamedTuple):
     build: callable
     pose: callable
     compared: str
+    size: tuple[int, int]
 
 
 SCENES = MappingProxyType(
@@ -36,6 +38,7 @@ SCENES = MappingProxyType(
                 glass.build,
                 glass.pose,
                 "liquid=none,water,nim",
+                glass.SIZE,
             ),
             SceneType(
                 "pool",
@@ -44,6 +47,7 @@ SCENES = MappingProxyType(
                 pool.build,
                 pool.pose,
                 "liquid=none,water,nim",
+                pool.SIZE,
             ),
             SceneType(
                 "sphere",
@@ -52,6 +56,7 @@ SCENES = MappingProxyType(
                 sphere.build,
                 sphere.pose,
                 "n=1,1.33,-1.33",
+                sphere.SIZE,
             ),
             SceneType(
                 "sea",
@@ -60,14 +65,35 @@ SCENES = MappingProxyType(
                 sea.build,
                 sea.pose,
                 "liquid=none,water,nim",
+                sea.SIZE,
             ),
         )
     }
 )
 
+# Those that only figures show: nobody is offered them.
+OF_FIGURES = MappingProxyType(
+    {
+        "cube": SceneType(
+            "cube",
+            "a ball in a cube of glass under water",
+            cube.CubeParameters,
+            cube.build,
+            cube.pose,
+            "",
+            cube.SIZE,
+        )
+    }
+)
 
-def scene_type(name):
-    """The SceneType of that name; ValueError names the scenes that exist, the nearest first."""
+
+def scene_type(name: str, *, of_figures: bool = False) -> SceneType:
+    """The SceneType of that name; ValueError names the scenes that exist, the nearest first.
+
+    of_figures: whether it may be one that only figures show
+    """
+    if of_figures and name in OF_FIGURES:
+        return OF_FIGURES[name]
     if name not in SCENES:
         raise ValueError(unknown("scene", name, list(SCENES)))
     return SCENES[name]

@@ -11,6 +11,7 @@ from .parameters import Parameters, number
 from .sphere import ball
 from .stage import Pose, Stage, staged
 
+SIZE = (640, 640)  # pixels of its picture, where nothing else is asked for
 # Lengths in metres. The cube floats above the ground: what is seen through its bottom is then well apart from it.
 HALF, LIFT = 1.0, 0.35
 CENTER = (0.0, 0.0, LIFT + HALF)
@@ -33,7 +34,7 @@ class CubeParameters(Parameters):
 @staged(CubeParameters)
 def build(parameters, backend="auto"):
     """Build the scene from CubeParameters; returns the bpy.types.Scene. The water has no surface: it is everywhere."""
-    stage = Stage("cube", (640, 640), backend)
+    stage = Stage("cube", SIZE, backend)
     ground = surfaces.checker("Ground", (0.60, 0.66, 0.60), (0.10, 0.17, 0.20), 0.5)
     stage.mesh("Ground", *shapes.rectangle((-GROUND, -GROUND), (GROUND, GROUND)), ground)
     glass = interface_material("Glass in water", INTERFACE.inside, INTERFACE.outside, backend=stage.backend)

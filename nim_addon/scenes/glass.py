@@ -14,6 +14,7 @@ from . import mesh_files, shapes, surfaces
 from .parameters import Parameters, choice, liquid, mesh_file, number, switch
 from .stage import Pose, Stage, staged
 
+SIZE = (720, 720)  # pixels of its picture, where nothing else is asked for
 # Lengths in metres. The glass is a tumbler: walls of 2.5 mm, a rounded rim, a base of 10 mm with rounded edges.
 RADIUS, HEIGHT, WALL, BASE = 0.040, 0.130, 0.0025, 0.010
 FOOT_EDGE, INNER_EDGE = 0.002, 0.006
@@ -61,7 +62,7 @@ def build(parameters, backend="auto"):
     Raises ValueError, before anything is built, where the file that `figures` names holds no mesh.
     """
     statue = None if parameters.figures == "none" else statue_mesh(parameters.figures)
-    stage = Stage("glass", (720, 720), backend)
+    stage = Stage("glass", SIZE, backend)
     # a round table: its edge is as far away to the side, where the glass shows it too, as behind
     table = surfaces.checker("Table", (0.62, 0.37, 0.17), (0.12, 0.05, 0.022), 0.020)
     stage.mesh("Table", *shapes.revolve([(TABLE_RADIUS, 0), (0, 0)], 256)[:2], table)

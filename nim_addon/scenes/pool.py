@@ -12,6 +12,7 @@ from . import shapes, surfaces, waves
 from .parameters import Parameters, choice, integer, liquid, number
 from .stage import Pose, Stage, staged
 
+SIZE = (960, 640)  # pixels of its picture, where nothing else is asked for
 # The basin, in metres: half its length and width, its floor, and the liquid's level at rest; the deck is at z = 0.
 HALF = (4.0, 2.25)
 FLOOR = -1.75
@@ -62,7 +63,7 @@ class PoolParameters(Parameters):
 @staged(PoolParameters)
 def build(parameters, backend="auto"):
     """Build the scene from PoolParameters; returns the bpy.types.Scene. Metres, z up, the pool's long side along x."""
-    stage = Stage("pool", (960, 640), backend)
+    stage = Stage("pool", SIZE, backend)
     _basin(stage)
     _ground(stage)
     if parameters.liquid is not None:

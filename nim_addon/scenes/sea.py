@@ -12,6 +12,7 @@ from . import shapes, surfaces, waves
 from .parameters import Parameters, choice, integer, liquid, number
 from .stage import Pose, Stage, staged
 
+SIZE = (960, 720)  # pixels of its picture, where nothing else is asked for
 # In metres: how deep the eye and the ground are; the level at rest is z = 0.
 DEPTH = 4.0
 GROUND = 30.0
@@ -38,7 +39,7 @@ class SeaParameters(Parameters):
 @staged(SeaParameters)
 def build(parameters, backend="auto"):
     """Build the scene from SeaParameters; returns the bpy.types.Scene. Metres, z up, the eye below the middle."""
-    stage = Stage("sea", (960, 720), backend)
+    stage = Stage("sea", SIZE, backend)
     corner = np.array([HALF, HALF])
     vertices, faces = shapes.box((*-corner, -GROUND), (*corner, RIM))
     faces = [face[::-1] for i, face in enumerate(faces) if i != 1]  # open above, seen from inside

@@ -10,6 +10,7 @@ from . import shapes, surfaces
 from .parameters import Parameters, number, switch
 from .stage import Pose, Stage, staged
 
+SIZE = (800, 600)  # pixels of its picture, where nothing else is asked for
 # Lengths in metres, colours linear RGB. The sphere rests on the ground, with a gap as wide as nothing: 1 mm keeps the
 # two surfaces from touching.
 CENTER, RADIUS = (0.0, 0.0, 1.001), 1.0
@@ -59,7 +60,7 @@ class SphereParameters(Parameters):
 @staged(SphereParameters)
 def build(parameters, backend="auto"):
     """Build the scene from SphereParameters; returns the bpy.types.Scene. The radius is 1 m, the camera looks along +y."""
-    stage = Stage("sphere", (800, 600), backend)
+    stage = Stage("sphere", SIZE, backend)
     stage.mesh(
         "Ground",
         *shapes.rectangle((-GROUND, -GROUND), (GROUND, GROUND)),

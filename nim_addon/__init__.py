@@ -10,10 +10,10 @@ def register():
     """Called by Blender when the extension is enabled: adds the panels, and `blender --command nimray`."""
     import bpy
 
-    from . import cli, ui
+    from . import command, ui
 
     ui.register()
-    _commands.append(bpy.utils.register_cli_command("nimray", cli.main))
+    _commands.append(bpy.utils.register_cli_command("nimray", command.main))
 
 
 def unregister():

@@ -24,7 +24,7 @@ def script():
     streams.prepare()
     signals.watch()
     try:
-        from . import cli
+        from . import command
     except ModuleNotFoundError as error:
         if error.name != "numpy":
             raise
@@ -32,7 +32,7 @@ def script():
             "nimray: it needs numpy, which this Python does not have; in the project's folder run python3 build.py ..., "
             "or pip install . to have nimray here."
         )
-    cli.script()
+    command.script()
 
 
 if __name__ == "__main__":

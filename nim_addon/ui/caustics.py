@@ -10,7 +10,7 @@ from bpy.app.translations import pgettext_iface, pgettext_rpt
 from bpy.props import EnumProperty, IntProperty, PointerProperty
 
 from .. import caustics
-from ..base.progress import duration
+from ..base.text import duration
 from ..caustics import lights
 from ..caustics.digest import digest, forget_changed
 from . import deferred, scenes

@@ -13,7 +13,7 @@ from pathlib import Path
 import bpy
 from bpy.app.translations import pgettext_iface, pgettext_rpt
 
-from ..base.progress import duration
+from ..base.text import duration
 from ..scenes.parameters import file_name
 from . import preferences, scenes
 

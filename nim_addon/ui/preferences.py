@@ -13,7 +13,7 @@ import bpy
 from bpy.app.translations import pgettext_iface as iface_
 from bpy.app.translations import pgettext_rpt as rpt_
 
-from .. import cli
+from ..base import options
 from ..cycles import verify, versions
 
 PACKAGE = __package__.rpartition(".")[0]
@@ -41,7 +41,7 @@ class NIM_AP_preferences(bpy.types.AddonPreferences):
         description="Paths a pixel of new scenes",
         min=1,
         soft_max=4096,
-        max=cli.MOST_SAMPLES,
+        max=options.MOST_SAMPLES,
         default=DEFAULTS["samples"],
     )
     folder: bpy.props.StringProperty(
@@ -84,10 +84,10 @@ import contextlib, io, json, sys
 folder, package, target = {words!r}
 sys.path.insert(0, folder)
 import bpy, importlib
-cli, verify = (importlib.import_module(package + name) for name in (".cli", ".cycles.verify"))
+command, verify = (importlib.import_module(package + name) for name in (".command", ".cycles.verify"))
 text = io.StringIO()
 with contextlib.redirect_stdout(text):
-    cli.main(["doctor", "--json"])
+    command.main(["doctor", "--json"])
 answer = dict(doctor=json.loads(text.getvalue()), verify=verify.summary(verify.verify(short=True), "auto"))
 with open(target, "w", encoding="utf-8") as file:
     json.dump(answer, file)
@@ -251,7 +251,7 @@ def _draw_check(layout):
         rows = (
             ("Blender", doctor["blender"]),
             ("OSL", yes[doctor["osl"]]),
-            ("Materials use", iface_(cli.NAMES[summary["backend"]])),
+            ("Materials use", iface_(options.BACKEND_NAMES[summary["backend"]])),
             ("Denoiser", yes[doctor["denoiser"]]),
             ("Devices", ", ".join(doctor["devices"])),
             ("Worst deviation", worst(summary)),

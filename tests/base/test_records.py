@@ -8,7 +8,7 @@ import OpenImageIO as oiio
 import pytest
 
 from nim_addon import __version__ as VERSION
-from nim_addon import cli
+from nim_addon import command
 from nim_addon.base import records, text
 from nim_addon.cycles import render
 
@@ -38,7 +38,7 @@ def image(file, text):
 
 def again(file, capsys, *more):
     """What the command says that repeats an image, and its exit code."""
-    code = cli.main(["render", "--again", file, "--out", str(file) + " new", *more])
+    code = command.main(["render", "--again", file, "--out", str(file) + " new", *more])
     printed = capsys.readouterr()
     assert text.printable(printed.err.replace("\n", "")) == printed.err.replace("\n", "")
     return code, printed
@@ -126,10 +126,10 @@ TEXTS = {
 
 
 @pytest.mark.parametrize("name", TEXTS)
-@pytest.mark.parametrize("command", (["info"], ["info", "--json"], ["render", "--again"]))
-def test_what_is_no_record_is_none_of_ours(name, command, tmp_path, capsys):
+@pytest.mark.parametrize("words", (["info"], ["info", "--json"], ["render", "--again"]))
+def test_what_is_no_record_is_none_of_ours(name, words, tmp_path, capsys):
     file = image(tmp_path / "a.png", TEXTS[name])
-    assert cli.main([*command, file]) == 2
+    assert command.main([*words, file]) == 2
     printed = capsys.readouterr()
     assert (printed.out, printed.err.count("\n")) == ("", 1)
     assert "was not made by nimray" in printed.err
@@ -147,11 +147,11 @@ STRANGE = {
 
 def test_info_shows_any_record_without_harm_to_the_terminal(tmp_path, capsys):
     file = image(tmp_path / "a.png", json.dumps(STRANGE))
-    assert cli.main(["info", file]) == 0
+    assert command.main(["info", file]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert len(lines) == len(STRANGE) and all(line.isprintable() for line in lines)
     assert any(line.startswith("scene        \\x1b]0;owned\\x07\\x9b31m\\u202e\\x7f\\n") for line in lines)
-    assert cli.main(["info", file, "--json"]) == 0
+    assert command.main(["info", file, "--json"]) == 0
     printed = capsys.readouterr().out
     assert all(line.isprintable() and line.isascii() for line in printed.splitlines())
     assert json.loads(printed) == STRANGE
@@ -166,6 +166,6 @@ def test_a_comparison_is_not_repeated_whatever_it_holds(images, tmp_path, capsys
 
 def test_numbers_that_only_python_writes_are_null_where_programs_read(tmp_path, capsys):
     file = image(tmp_path / "a.png", '{"a": NaN, "b": [-Infinity, 1e400, 1.5], "c": {"d": NaN}}')
-    assert cli.main(["info", file, "--json"]) == 0
+    assert command.main(["info", file, "--json"]) == 0
     assert json.loads(capsys.readouterr().out) == {"a": None, "b": [None, None, 1.5], "c": {"d": None}}
     assert np.isnan(records.parse('{"a": NaN}')["a"])

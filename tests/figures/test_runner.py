@@ -10,7 +10,7 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-from nim_addon import cli
+from nim_addon import command
 from nim_addon.cycles import render
 from nim_addon.figures import index, registry, run
 from nim_addon.figures.claims import Claim
@@ -284,42 +284,42 @@ def test_the_page(tmp_path, empty_file):
 
 
 def test_the_command(tmp_path, empty_file, only_this, capsys, monkeypatch):
-    assert cli.main(["figures"]) == 0
+    assert command.main(["figures"]) == 0
     assert capsys.readouterr().out.startswith("9.9: A figure & its test\n  - light comes from the sky\n")
-    assert cli.main(["figures", "9.9", "--out", str(tmp_path)]) == 0
+    assert command.main(["figures", "9.9", "--out", str(tmp_path)]) == 0
     out = capsys.readouterr().out
     assert "holds  a sky gives light" in out and re.search(r"^PASS figure 9.9, 2 claims, \d+ s: ", out, re.MULTILINE)
 
-    assert cli.main(["render", "--again", str(tmp_path / "9.9" / "one.exr")]) == 2
+    assert command.main(["render", "--again", str(tmp_path / "9.9" / "one.exr")]) == 2
     assert "part of a figure" in capsys.readouterr().err
 
     failing = dataclasses.replace(FIGURE, measure=lambda images: [Claim("the light is white", 1, 0.5, 0.1)])
     monkeypatch.setattr(registry, "FIGURES", {"9.9": failing})
-    assert cli.main(["figures", "--all", "--out", str(tmp_path), "--quiet"]) == 1
+    assert command.main(["figures", "--all", "--out", str(tmp_path), "--quiet"]) == 1
     out = capsys.readouterr().out
     assert "FAILS  the light is white: predicted 1, measured 0.5" in out and "FAIL: 1 of figure 9.9" in out
-    assert cli.main(["figures", "--all", "--out", str(tmp_path), "--json"]) == 1
+    assert command.main(["figures", "--all", "--out", str(tmp_path), "--json"]) == 1
     (record,) = json.loads(capsys.readouterr().out)
     assert record["claims"][0]["holds"] is False and "FAILS" not in (tmp_path / "index.html").read_text()
     assert "1 of 1 claims fail" in (tmp_path / "index.html").read_text()
 
 
 def test_what_is_refused(tmp_path, only_this, capsys):
-    assert cli.main(["figures", "9.8", "--out", str(tmp_path)]) == 2
+    assert command.main(["figures", "9.8", "--out", str(tmp_path)]) == 2
     assert "there is no figure '9.8'; did you mean 9.9?" in capsys.readouterr().err
-    assert cli.main(["figures", "9.9", "--all"]) == 2
-    assert cli.main(["figures", "9.9", "--quality", "best"]) == 2
+    assert command.main(["figures", "9.9", "--all"]) == 2
+    assert command.main(["figures", "9.9", "--quality", "best"]) == 2
     (tmp_path / "file").write_text("")
-    assert cli.main(["figures", "9.9", "--out", str(tmp_path / "file")]) == 1
+    assert command.main(["figures", "9.9", "--out", str(tmp_path / "file")]) == 1
     assert "name another folder" in capsys.readouterr().err
-    assert cli.main(["figures", "9.9", "--out", ""]) == 2
+    assert command.main(["figures", "9.9", "--out", ""]) == 2
     assert "--out is empty; name" in capsys.readouterr().err
 
 
 def test_a_folder_where_the_picture_or_the_record_would_be_is_seen_before_the_work(tmp_path, only_this, capsys):
     for suffix in (".png", ".json"):
         (tmp_path / f"figure-9.9{suffix}").mkdir()
-        assert cli.main(["figures", "9.9", "--out", str(tmp_path)]) == 1
+        assert command.main(["figures", "9.9", "--out", str(tmp_path)]) == 1
         assert f"figure-9.9{suffix} is a folder" in capsys.readouterr().err
         assert [file.name for file in tmp_path.iterdir()] == [f"figure-9.9{suffix}"]
         (tmp_path / f"figure-9.9{suffix}").rmdir()

@@ -9,7 +9,7 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-from nim_addon import cli
+from nim_addon import command
 from nim_addon.cycles.render import read_metadata
 from nim_addon.ui import jobs, preferences, scenes
 
@@ -78,7 +78,7 @@ def test_all_variants_stand_side_by_side(settings, press, tmp_path, capsys):
     assert not np.array_equal(parts[0], parts[2])
     assert oiio.ImageBuf(str(linear)).spec().format == oiio.FLOAT
     assert read_metadata(linear)["compares"] == ["n=1", "n=1.33", "n=-1.5"]  # the panel's own NIM
-    assert cli.main(["render", "--again", str(shown)]) == 2
+    assert command.main(["render", "--again", str(shown)]) == 2
     assert "is a comparison, not one render" in capsys.readouterr().err
 
 

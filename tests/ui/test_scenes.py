@@ -7,7 +7,7 @@ import shlex
 import bpy
 import pytest
 
-from nim_addon import cli
+from nim_addon import command
 from nim_addon.physics import MEDIA, Medium
 from nim_addon.scenes import SCENES, scene_type
 from nim_addon.scenes import stage as stages
@@ -173,7 +173,7 @@ def settings_of(line):
     """Scene, parameters and the rest of a `nimray render` line, as the command itself reads it."""
     words = shlex.split(line)
     assert words[0] == "nimray"
-    arguments = cli._parser().parse_args(words[1:])
+    arguments = command.parser().parse_args(words[1:])
     size = arguments.size((800, 600)) if arguments.size else (800, 600)
     parameters = scene_type(arguments.scene).parameters.read(arguments.assignments)
     return arguments.scene, parameters, arguments.samples, size, arguments.backend

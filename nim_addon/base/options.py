@@ -1,0 +1,12 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What can be asked of a render: the choices and limits that the command line, the records in images and the panel share."""
+
+BACKENDS = ("auto", "osl", "nodes")  # what the materials are made of; auto is OSL where there is some
+BACKEND_NAMES = {"osl": "OSL", "nodes": "Blender's own nodes"}
+CAUSTICS = ("path", "traced")  # the light of the sun behind an interface: found by chance, or traced from the sun
+LARGEST_SIDE = 16384  # pixels
+MOST_SAMPLES = 1 << 20
+MOST_SEED = 2**31 - 1
+MOST_PHOTONS = 1 << 40
+LAST_FRAME = 9999  # four digits in a file's name
+FPS = 24  # frames a second, where nothing else is said

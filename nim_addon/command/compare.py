@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`nimray compare`: a scene once for each value of a parameter, and all of them side by side."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import os
+from pathlib import Path
+
+from . import blender, words
+from .render import add_options, make, scene_type
+from .report import Output
+from .words import UsageError
+
+
+def add_to(commands: argparse._SubParsersAction) -> None:
+    """Add the parser of the subcommand."""
+    parser = words.add_parser(
+        commands,
+        "compare",
+        run,
+        "Render a scene once for each value of a parameter, and all of them side by side into one image.",
+        "examples:\n"
+        "  nimray compare glass\n"
+        "  nimray compare sphere --vary n=1.5,-1.5,-4.1 --set companions=yes\n"
+        "  nimray compare pool --vary liquid=nim,n=-1.33,mu=-10 --set view=window --samples 256\n\n"
+        "Commas part the values, but for the one before mu=, which belongs to its medium. Without --vary: empty, water\n"
+        "and NIM. Each image is kept too; in the comparison they stand from left to right in the order of the values.",
+    )
+    parser.add_argument("scene", metavar="SCENE", help="glass, pool, sphere or sea")
+    parser.add_argument(
+        "--vary", nargs="+", action="extend", default=[], metavar="KEY=A,B,...", help="one image for each of the values"
+    )
+    add_options(parser)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Render the images and join them."""
+    blender.load()
+    kind = scene_type(arguments.scene)
+    from ..base.files import check_targets
+    from ..renders.montage import montage
+    from ..scenes.parameters import file_name
+
+    variants = []
+    liquids = [field.name for field in dataclasses.fields(kind.parameters) if field.metadata["kind"] == "liquid"]
+    for assignments in words.variants(arguments.vary or [kind.compared], liquids):
+        try:
+            variants.append((assignments, kind.parameters.read([*arguments.assignments, *assignments])))
+        except ValueError as error:
+            raise UsageError(f"{' '.join(assignments)}: {error}") from None
+    stem = arguments.name or file_name(kind.name, arguments.assignments)
+    names = [words.own_name(file_name(stem, assignments)) for assignments, _ in variants]
+    if len({parameters for _, parameters in variants}) < len(variants) or len(set(names)) < len(names):
+        raise UsageError("--vary names the same value twice; each image needs one of its own.")
+    joined = arguments.name or f"{stem}_compare"
+    check_targets(Path(os.path.expanduser(arguments.out), f"{joined}{suffix}") for suffix in (".exr", ".png"))
+    with Output(arguments, len(variants)) as output:
+        images = []
+        for (_, parameters), name in zip(variants, names, strict=True):
+            files, made = make(arguments, kind, parameters, {}, name, output)
+            images.append(files)
+            output.written(files)
+        common = {key: value for key, value in made.items() if key != "parameters"}
+        compared = {"compares": [" ".join(assignments) for assignments, _ in variants], "images": names}
+        settings = {"set": arguments.assignments} if arguments.assignments else {}
+        joint = montage(arguments.out, joined, images, {**common, **settings, **compared})
+        output.end(joint, made["size"], made["samples"])

@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`nimray rays`: where rays go, drawn."""
+
+from __future__ import annotations
+
+import argparse
+
+from . import words
+from .words import UsageError
+
+
+def add_to(commands: argparse._SubParsersAction) -> None:
+    """Add the parser of the subcommand."""
+    parser = words.add_parser(
+        commands,
+        "rays",
+        run,
+        "Draw where rays go: a sphere, a pool, a slab or a prism, cut through the middle.",
+        "examples:\n"
+        "  nimray rays sphere --n -1.5 --beam 21 --out sphere.svg\n"
+        "  nimray rays pool --n -1.33 --out pool.svg",
+    )
+    number, beam = words.number, words.whole("--beam", 1, 101)
+    parser.add_argument("scene", type=str.lower, metavar="SCENE", help="sphere, pool, slab or prism")
+    parser.add_argument("--n", type=number("--n"), metavar="N", help="refractive index (what the scene is about)")
+    parser.add_argument("--mu", type=number("--mu"), metavar="MU", help="relative permeability (1, or -1 for n < 0)")
+    parser.add_argument("--beam", type=beam, metavar="N", help="how many rays; 1 shows its angles")
+    parser.add_argument(
+        "--out", type=words.folder, metavar="FILE", help="what to write, .svg, .png or .pdf (SCENE.svg)"
+    )
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Draw, and print what was written."""
+    from ..figures.diagrams import diagram
+
+    file = arguments.out or f"{arguments.scene}.svg"
+    try:
+        print(diagram(arguments.scene, arguments.n, arguments.mu, arguments.beam, file))
+    except ValueError as error:
+        raise UsageError(str(error)) from None

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""build.py: every command of nimray is one of its own, and what it starts ends with it."""
+
+import importlib.util
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from nim_addon import command
+
+ROOT = Path(__file__).parents[1]
+
+spec = importlib.util.spec_from_file_location("build", ROOT / "build.py")
+build = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(build)
+
+
+def test_build_runs_every_command_of_nimray():
+    assert set(build.NIMRAY) == set(command.parser().commands)
+
+
+# build.py without the making of an environment
+BUILD = """
+import importlib.util, pathlib, sys
+spec = importlib.util.spec_from_file_location("build", {file!r})
+build = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(build)
+build.environment = lambda *_: pathlib.Path(sys.executable)
+sys.exit(build.main(sys.argv[1:]))
+"""
+# a command that takes its time to clear away
+SLOW = """
+import pathlib, signal, sys, time
+home = pathlib.Path(__file__).parent
+def clear(number, _):
+    time.sleep(1)
+    (home / "cleared").touch()
+    sys.exit(128 + number)
+for number in (signal.SIGINT, signal.SIGTERM):
+    signal.signal(number, clear)
+(home / "begun").touch()
+time.sleep(20)
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "module", "how"),
+    (("render", "numpy", signal.SIGINT), ("render", "numpy", signal.SIGTERM), ("test", "pytest", signal.SIGINT)),
+)
+def test_ctrl_c_or_a_kill_of_build_lets_the_command_clear_away(name, module, how, tmp_path):
+    (tmp_path / f"{module}.py").write_text(SLOW)
+    run = subprocess.Popen(
+        [sys.executable, "-c", BUILD.format(file=str(ROOT / "build.py")), name],
+        env={**os.environ, "PYTHONPATH": str(tmp_path)},
+        start_new_session=True,
+    )
+    deadline = time.monotonic() + 20
+    while not (tmp_path / "begun").exists() and time.monotonic() < deadline:
+        time.sleep(0.05)
+    # Ctrl-C reaches all of them, a kill only the one
+    (os.killpg if how == signal.SIGINT else os.kill)(run.pid, how)
+    assert run.wait(20) == 128 + how
+    assert (tmp_path / "cleared").exists()
+
+
+def test_build_of_a_scene_that_does_not_exist_is_a_usage_error():
+    done = subprocess.run(
+        [sys.executable, "-c", BUILD.format(file=str(ROOT / "build.py")), "blends", "spere"],
+        env=os.environ.copy(),  # without what Blender itself has set, of which 5.2 would have its child speak
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 2 and done.stdout == ""
+    assert re.fullmatch(r"make.py: there is no scene 'spere'; did you mean sphere\? The .*\.\n", done.stderr)

@@ -477,21 +477,14 @@ def beam(shot, sun):
 
 def shapes(scene):
     """Arrays by name of the triangles of liquid, floor, and all that is black."""
+    from nim_addon.cycles import meshes
+
     answer = {}
     for thing in (one for one in scene.objects if one.type == "MESH"):
         mesh = thing.data
-        mesh.calc_loop_triangles()
-        vertices, triangles = (
-            np.empty((len(mesh.vertices), 3), np.float32),
-            np.empty((len(mesh.loop_triangles), 3), np.int32),
-        )
-        slots, corners = np.empty(len(triangles), np.int32), np.empty(len(mesh.loops), np.int32)
-        normals = np.empty((len(mesh.loops), 3), np.float32)
-        mesh.vertices.foreach_get("co", vertices.ravel())
-        mesh.loop_triangles.foreach_get("vertices", triangles.ravel())
-        mesh.loop_triangles.foreach_get("material_index", slots)
-        mesh.loops.foreach_get("vertex_index", corners)
-        mesh.corner_normals.foreach_get("vector", normals.ravel())
+        vertices, triangles, corners = meshes.vertices(mesh), meshes.triangles(mesh), meshes.corners(mesh)
+        slots = meshes.read(mesh.loop_triangles, "material_index", kind=np.int32)
+        normals = meshes.read(mesh.corner_normals, "vector", 3)
         word = thing.name.partition(".")[0].lower()
         at_vertices = np.zeros_like(vertices)
         at_vertices[corners] = normals

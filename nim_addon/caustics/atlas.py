@@ -7,6 +7,8 @@ import bpy
 import mathutils
 import numpy as np
 
+from ..cycles import meshes
+
 LINES = 4  # across a cell, on each of which its surface is measured
 
 
@@ -34,13 +36,6 @@ class Part(NamedTuple):
     corners: np.ndarray
     charts: np.ndarray
     values: dict
-
-
-def read(collection, name, width, kind=np.float32):
-    """(N, width) values of an attribute of a Blender collection."""
-    values = np.empty(len(collection) * width, kind)
-    collection.foreach_get(name, values)
-    return values.reshape(-1, width)
 
 
 def charts_of(vertices, polygons, normals):
@@ -79,8 +74,7 @@ def area(parts, chart, number, low, texel, cells):
     for part in parts:
         if part.name != chart.thing or not (part.charts == number).any():
             continue
-        part.mesh.calc_loop_triangles()
-        loops = read(part.mesh.loop_triangles, "loops", 3, np.int32)
+        loops = meshes.triangles(part.mesh, "loops")
         corners = part.corners[loops[part.charts[loops[:, 0]] == number]]
         across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         steep = np.linalg.norm(across, axis=1) / np.maximum(np.abs(across[:, chart.axis // 2]), 1e-12)

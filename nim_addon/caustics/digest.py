@@ -12,7 +12,7 @@ from collections.abc import Iterable
 import bpy
 import numpy as np
 
-from ..cycles import object_values
+from ..cycles import meshes, object_values
 from ..cycles.nodes import uses_nodes
 from ..cycles.visibility import PATHS, as_rendered, asked, has_nodes, shown, source_of, value_of
 from . import lights
@@ -116,15 +116,13 @@ def _rounded(values, extent):
 def _mesh_mark(mesh):
     """A mark of an evaluated mesh, raw: shape, faces, and all values of points and corners; and the box (3,), (3,)."""
     mark = hashlib.sha256()
-    starts = np.empty(len(mesh.polygons), np.int32)
-    mesh.polygons.foreach_get("loop_start", starts)
-    mark.update(starts)
+    mark.update(meshes.starts(mesh)[:-1])
     low = high = np.zeros(3)
     for layer in mesh.attributes:
         if layer.data_type not in VALUES or (layer.name.startswith(".") and layer.name not in INNER):
             continue
-        values = np.empty(len(layer.data) * WIDTH.get(layer.data_type, 1), VALUES[layer.data_type])
-        layer.data.foreach_get(FIELD.get(layer.data_type, "value"), values)
+        width, kind = WIDTH.get(layer.data_type, 1), VALUES[layer.data_type]
+        values = meshes.read(layer.data, FIELD.get(layer.data_type, "value"), width, kind).ravel()
         if values.dtype == np.float32:
             values += 0.0  # -0.0 is 0.0
         if layer.name == "position" and len(values):
@@ -133,9 +131,7 @@ def _mesh_mark(mesh):
         mark.update(repr((layer.name, layer.domain, layer.data_type, len(values))).encode())
         mark.update(values)
     if mesh.has_custom_normals:
-        values = np.empty(3 * len(mesh.loops), np.float32)
-        mesh.corner_normals.foreach_get("vector", values)
-        mark.update(values)
+        mark.update(meshes.read(mesh.corner_normals, "vector", 3))
     return mark.hexdigest(), low, high
 
 

@@ -8,16 +8,16 @@ and only if the path met an interface or a mirror before: light that reaches a s
 import bpy
 import mathutils
 import numpy as np
-from mathutils.bvhtree import BVHTree
 
-from ..cycles import settings
+from ..cycles import meshes, settings
 from ..cycles.animation import curves_of
+from ..cycles.casting import Faces
 from ..cycles.nodes import Nodes, empty_tree
 from ..cycles.object_values import give, values_of
 from ..cycles.render import pixels_of
 from ..cycles.visibility import PATHS, as_rendered, rendered, shown
 from . import atlas, lights
-from .atlas import Chart, Part, read
+from .atlas import Chart, Part
 from .bending import POWER, WHITE, Bending, switch
 
 ATTRIBUTE = "nim_place"
@@ -168,18 +168,17 @@ class Tracer:
 
     def _mark(self, mesh, matrix, lands_here, one, read_of_it):
         """Give each corner of the faces that light lands on its place in a chart: (1 to 2, 1 to 2, 4 (chart + 1))."""
-        name, frame = one.original.name, np.array(matrix)
-        vertices = read(mesh.vertices, "co", 3) @ frame[:3, :3].T + frame[:3, 3]
-        normals = read(mesh.polygons, "normal", 3) @ np.linalg.inv(frame[:3, :3])
-        polygons = [tuple(polygon.vertices) for polygon in mesh.polygons]
-        number, axes = atlas.charts_of(vertices, polygons, normals)
-        slot = np.minimum(read(mesh.polygons, "material_index", 1, np.int32)[:, 0], len(lands_here) - 1)
-        face = np.repeat(np.arange(len(polygons)), [len(polygon) for polygon in polygons])
-        at = vertices[np.concatenate(polygons)]
+        name, vertices = one.original.name, meshes.vertices(mesh, matrix)
+        normals = meshes.read(mesh.polygons, "normal", 3) @ np.linalg.inv(np.array(matrix)[:3, :3])
+        corners, starts = meshes.corners(mesh), meshes.starts(mesh)
+        number, axes = atlas.charts_of(vertices, meshes.faces(corners, starts), normals)
+        slot = meshes.slots(mesh, len(lands_here))
+        face = np.repeat(np.arange(len(slot)), np.diff(starts))
+        at = vertices[corners]
         values = np.zeros((len(face), 3), np.float32)
         chart_of = np.full(len(face), -1)
         here = np.asarray(lands_here)[slot[face]]
-        if not read(mesh.polygons, "area", 1).any():
+        if not meshes.read(mesh.polygons, "area").any():
             raise ValueError(f"{name} has no area for light to land on; scale it up, or hide it from renders.")
         order = np.argsort(number[face], kind="stable")
         bounds = np.searchsorted(number[face][order], np.arange(len(axes) + 1))
@@ -219,18 +218,17 @@ class Tracer:
     def check_outside(self, name, place):
         """Raise ValueError, one sentence, for a lamp that stands within a medium: its light is counted as from outside."""
         backs = total = 0
-        for thing in self.surfaces:
-            frame = np.array(thing.matrix_world)
-            vertices = read(thing.data.vertices, "co", 3) @ frame[:3, :3].T + frame[:3, 3]
-            outwards = 1 if thing.matrix_world.determinant() > 0 else -1  # what is mirrored is wound the other way
-            faces = [tuple(face.vertices)[::outwards] for face in thing.data.polygons]
-            tree = BVHTree.FromPolygons(vertices.tolist(), faces)
-            for vertex in vertices[:: max(1, len(vertices) // 64)]:
-                way = mathutils.Vector(vertex - np.asarray(place))
-                _, normal, _, distance = tree.ray_cast(mathutils.Vector(place), way)
-                if distance is not None:
-                    backs += normal.dot(way) > 0
-                    total += 1
+        place = np.asarray(place, float)
+        for surface in self.surfaces:
+            vertices = meshes.vertices(surface.data, surface.matrix_world)
+            outwards = 1 if surface.matrix_world.determinant() > 0 else -1  # what is mirrored is wound the other way
+            polygons = meshes.faces(meshes.corners(surface.data), meshes.starts(surface.data))
+            ways = vertices[:: max(1, len(vertices) // 64)] - place
+            ways = ways / np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-30)
+            distance, normals = Faces(vertices, [face[::outwards] for face in polygons]).meet(place + 0 * ways, ways)
+            met = np.isfinite(distance)
+            backs += (np.sum(normals * ways, axis=1)[met] > 0).sum()
+            total += met.sum()
         if backs > total / 2:
             raise ValueError(
                 f"the lamp {name} stands within a medium, and light is traced from outside only; move it out."
@@ -338,10 +336,8 @@ def _since(before):
 
 def _box(mesh, matrix):
     """Points (N, 3) on the sides of the box around a mesh, in the world, its corners among them."""
-    places = read(mesh.vertices, "co", 3)
-    low, high = places.min(axis=0), places.max(axis=0)
+    low, high = meshes.bounds(meshes.vertices(mesh))
     steps = np.linspace(0, 1, SAMPLES)
     grid = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
     grid = grid[np.any((grid == 0) | (grid == 1), axis=1)]
-    frame = np.array(matrix)
-    return (low + grid * (high - low)) @ frame[:3, :3].T + frame[:3, 3]
+    return meshes.moved(low + grid * (high - low), matrix)

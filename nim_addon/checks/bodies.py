@@ -7,9 +7,11 @@ from typing import NamedTuple
 import bpy  # noqa: F401
 import numpy as np
 
+from ..cycles import meshes
 from ..cycles.material import asked_interfaces, interface_of
+from ..cycles.meshes import bounds
 from ..cycles.visibility import asked, has_nodes
-from .solids import Solid, bounds
+from .solids import Solid
 
 FRONT, BACK = "outside", "inside"  # the two sides of a face, by the names of the media there
 LARGEST = 500_000  # faces of a mesh that may stand in a ray's way
@@ -43,8 +45,7 @@ class Body:
                 self.media[slot] = {FRONT: between.outside, BACK: between.inside} if between else None
             elif has_nodes(material) and not asked(material) and asked(material, "Volume"):
                 self.open.add(slot)
-        corners = np.stack(np.meshgrid(*zip(solid.low, solid.high, strict=True)), -1).reshape(-1, 3)
-        self.low, self.high = bounds(self.world(corners))
+        self.low, self.high = bounds(self.world(meshes.box_corners(solid.low, solid.high)))
         self.size = float(np.linalg.norm(self.high - self.low))
         self.heavy = solid.count > LARGEST  # rays pass it
         with np.errstate(all="ignore"):
@@ -69,7 +70,7 @@ class Body:
 
     def world(self, points):
         """Points (..., 3) of the mesh in the world."""
-        return points @ self.matrix[:3, :3].T + self.matrix[:3, 3]
+        return meshes.moved(points, self.matrix)
 
     def local(self, point):
         """A point (3,) of the world in the mesh's own coordinates."""

@@ -4,6 +4,7 @@
 import bpy
 import numpy as np
 
+from ..cycles import meshes
 from ..cycles.problem import Problem, about
 from .sight import Sight
 from .surroundings import Surroundings
@@ -96,21 +97,16 @@ def _is_adaptive(thing, modifier):
 
 def coarseness(mesh: bpy.types.Mesh) -> float:
     """The angle in degrees between faces that are shaded as one surface: root of its mean square, over all of a mesh."""
-    edges, corners, faces = len(mesh.edges), len(mesh.loops), len(mesh.polygons)
+    edges, faces = len(mesh.edges), len(mesh.polygons)
     if faces > MANY:
         return 0.0
-    edge, start = np.empty(corners, np.int32), np.empty(faces, np.int32)
-    mesh.loops.foreach_get("edge_index", edge)
-    mesh.polygons.foreach_get("loop_start", start)
-    smooth, sharp = np.empty(faces, bool), np.empty(edges, bool)
-    mesh.polygons.foreach_get("use_smooth", smooth)
-    mesh.edges.foreach_get("use_edge_sharp", sharp)
+    smooth = meshes.read(mesh.polygons, "use_smooth", kind=bool)
     if not smooth.any():
         return 0.0
-    normal, area = np.empty((faces, 3), np.float32), np.empty(faces, np.float32)
-    mesh.polygons.foreach_get("normal", normal.ravel())
-    mesh.polygons.foreach_get("area", area)
-    face = np.repeat(np.arange(faces), np.diff(np.append(start, corners)))
+    edge = meshes.attribute(mesh, ".corner_edge", "value", kind=np.int32)
+    sharp = meshes.read(mesh.edges, "use_edge_sharp", kind=bool)
+    normal, area = meshes.read(mesh.polygons, "normal", 3), meshes.read(mesh.polygons, "area")
+    face = np.repeat(np.arange(faces), np.diff(meshes.starts(mesh)))
     order = np.argsort(edge, kind="stable")
     count = np.bincount(edge, minlength=edges)
     pairs = face[order[count[edge[order]] == 2]].reshape(-1, 2)

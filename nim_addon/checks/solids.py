@@ -15,6 +15,9 @@ import bpy
 import numpy as np
 from mathutils.bvhtree import BVHTree
 
+from ..cycles import meshes
+from ..cycles.meshes import bounds
+
 # Vertices on the rim of a hole are one where they are nearer than this, relative to the size of the mesh.
 WELD = 1e-5
 # How much of the faces' area looks one way in a sheet: all where it is flat, half in a bowl.
@@ -92,13 +95,9 @@ class Solid:
 
     def _read(self, mesh):
         count = len(mesh.polygons)
-        self.points = np.nan_to_num(_attribute(mesh, "position", "vector", 3, np.float32), posinf=0, neginf=0)
-        self.corners = _attribute(mesh, ".corner_vert", "value", 1, np.int32)
-        self.begins = np.empty(count + 1, np.int32)
-        mesh.polygons.foreach_get("loop_start", self.begins[:-1])
-        self.begins[-1] = len(self.corners)
-        self.material = np.empty(count, np.int32)
-        mesh.polygons.foreach_get("material_index", self.material)
+        self.points = np.nan_to_num(meshes.vertices(mesh), posinf=0, neginf=0)
+        self.corners, self.begins = meshes.corners(mesh), meshes.starts(mesh)
+        self.material = meshes.read(mesh.polygons, "material_index", kind=np.int32)
         used = np.zeros(len(self.points), bool)
         used[self.corners] = True
         self.low, self.high = bounds(self.points[used])
@@ -133,7 +132,7 @@ class Solid:
         _, first, same = np.unique(_words(self.points), return_index=True, return_inverse=True)
         self.same = first[same.ravel()]
         alone = len(first) == len(self.points)
-        edges = self._edges(_attribute(mesh, ".corner_edge", "value", 1, np.int32) if alone else None)
+        edges = self._edges(meshes.attribute(mesh, ".corner_edge", "value", kind=np.int32) if alone else None)
         lonely = edges.faces[edges.edge] == 1
         if not lonely.any():
             return edges
@@ -257,8 +256,7 @@ class Solid:
     @cached_property
     def tree(self):
         """The BVHTree of the faces, as polygons of the mesh."""
-        faces = np.split(self.corners, self.begins[1:-1]) if self.count else []
-        return BVHTree.FromPolygons(self.points.tolist(), [face.tolist() for face in faces])
+        return BVHTree.FromPolygons(self.points.tolist(), meshes.faces(self.corners, self.begins))
 
     def plane(self, part: int) -> tuple[np.ndarray, np.ndarray]:
         """The middle of a part and the mean normal of its faces, (3,) each, the latter not of unit length."""
@@ -346,20 +344,6 @@ def components(count: int, a: np.ndarray, b: np.ndarray) -> np.ndarray:
         while not np.array_equal(label, step := label[label]):
             label = step
     return label
-
-
-def bounds(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Lowest and highest coordinates (3,) of points (N, 3); zeros where there is none."""
-    return (points.min(axis=0), points.max(axis=0)) if len(points) else (np.zeros(3), np.zeros(3))
-
-
-def _attribute(mesh, name, member, width, kind):
-    """What a mesh has of an attribute: read like this it is copied at once, not one by one."""
-    data = mesh.attributes[name].data if name in mesh.attributes else ()
-    values = np.empty((len(data), width) if width > 1 else len(data), kind)
-    if len(data):
-        data.foreach_get(member, values.ravel())
-    return values
 
 
 def _words(points):

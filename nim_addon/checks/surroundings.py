@@ -10,11 +10,14 @@ from typing import NamedTuple
 import bpy  # noqa: F401
 import numpy as np
 
+from ..cycles import meshes
+from ..cycles.casting import entries
+from ..cycles.meshes import bounds
 from ..cycles.visibility import PATHS
 from ..physics import Medium
 from .bodies import FRONT, LARGEST, NEAR, Body, Patch
 from .sight import Sight
-from .solids import Solid, bounds
+from .solids import Solid
 
 POINTS = 12  # on each patch
 STANDING, PANEL_STANDING = 3_000_000, 200_000  # faces of all that may, and while a panel waits
@@ -80,25 +83,13 @@ class Surroundings:
     def cast_all(self, origins: np.ndarray, directions: np.ndarray) -> list:
         """For each of several rays, (N, 3), the Hit or None."""
         found = []
+        slack = 1e-6 * np.linalg.norm(self.highs - self.lows, axis=1)
         step = max(1, AT_ONCE // max(1, len(self.bodies)))
         for start in range(0, len(origins), step):
             rays = slice(start, start + step)
-            enters = self._enters(origins[rays], directions[rays])
+            enters = entries(origins[rays], directions[rays], self.lows, self.highs, slack)
             found += [self._first(*ray) for ray in zip(origins[rays], directions[rays], enters, strict=True)]
         return found
-
-    def _enters(self, origins, directions):
-        """(N, B) how far off, or less, each ray comes within the bounds of each body; inf where it does not."""
-        enter, leave = np.zeros((len(origins), len(self.bodies))), np.full((len(origins), len(self.bodies)), np.inf)
-        for axis in range(3):
-            # no direction is along an axis for long: a ray in the plane of a side passes by or meets it
-            along = np.where(np.abs(directions[:, axis]) < 1e-12, 1e-12, directions[:, axis])[:, None]
-            near = (self.lows[:, axis] - origins[:, axis, None]) / along
-            far = (self.highs[:, axis] - origins[:, axis, None]) / along
-            enter = np.maximum(enter, np.minimum(near, far))
-            leave = np.minimum(leave, np.maximum(near, far))
-        slack = 1e-6 * np.linalg.norm(self.highs - self.lows, axis=1)
-        return np.where(enter <= leave + slack, enter - slack, np.inf)
 
     def _first(self, origin, direction, enters):
         best = None
@@ -320,9 +311,8 @@ def _standing(others, interfaces, limit):
     for one in others:
         corners = np.array(one.object.bound_box)
         if one.object.data != one.mesh:  # an instance that geometry nodes made, whose object is another
-            corners = np.array([vertex.co for vertex in one.mesh.vertices[:MOST]]).reshape(-1, 3)
-        matrix = np.array(one.matrix.copy(), float)
-        box = np.array(bounds(corners @ matrix[:3, :3].T + matrix[:3, 3]))
+            corners = meshes.vertices(one.mesh)[:MOST]
+        box = np.array(bounds(meshes.moved(corners, one.matrix.copy())))
         count = len(one.mesh.polygons)
         if (box[0] <= high + margin).all() and (box[1] >= low - margin).all() and count <= min(left, limit or LARGEST):
             near.append(one)

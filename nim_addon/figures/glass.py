@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 import bpy
 import numpy as np
-from mathutils.bvhtree import BVHTree
 
+from ..cycles.casting import Faces
+from ..cycles.meshes import triangles, vertices
 from ..physics import MEDIA, Interface
 from ..physics.rays import Cylinder, Plane, Shapes
 from ..physics.reference_image import picture
@@ -180,29 +181,6 @@ class Disc:
         return np.where((away <= self.radius) & (away >= self.hole), distance, np.inf), normals
 
 
-class Solid:
-    """An opaque mesh of world positions (N, 3) and faces."""
-
-    interface = None
-
-    def __init__(self, vertices, faces):
-        self._low, self._high = vertices.min(axis=0), vertices.max(axis=0)
-        self._tree = BVHTree.FromPolygons(vertices.tolist(), faces)
-
-    def meet(self, origins, directions):
-        """As rays.Sphere.meet."""
-        distance, normals = np.full(len(origins), np.inf), np.zeros(origins.shape)
-        # most rays pass its box by
-        with np.errstate(divide="ignore", invalid="ignore"):
-            ends = np.stack([(self._low - origins) / directions, (self._high - origins) / directions])
-            first, last = ends.min(axis=0).max(axis=1), ends.max(axis=0).min(axis=1)
-        for i in np.flatnonzero((first < last) & (last > 0)):
-            _, normal, _, length = self._tree.ray_cast(origins[i].tolist(), directions[i].tolist())
-            if normal is not None:
-                distance[i], normals[i] = length, normal
-        return distance, normals
-
-
 def vessel(filling, opaque_surface=False):
     """Shapes of the glass and the liquid (a Medium, or None) in it, their edges sharp; a list."""
     liquid = filling or AIR
@@ -298,18 +276,16 @@ def traced_table(image):
 
 
 def _solids(names):
-    """The statues of those names as Solids, in world coordinates."""
+    """The statues of those names as opaque shapes."""
     mesh = scene_of.statue_mesh("monkey")
-    points = np.array([vertex.co for vertex in mesh.vertices])
     # a bent quad is two triangles, and the way it is cut shows
-    mesh.calc_loop_triangles()
-    faces = [tuple(face.vertices) for face in mesh.loop_triangles]
+    points, faces = vertices(mesh).astype(float), triangles(mesh).tolist()
     bpy.data.meshes.remove(mesh)
     made = []
     for name in names:
         place, turn, _ = scene_of.STATUES[name]
         c, s = math.cos(math.radians(turn)), math.sin(math.radians(turn))
-        made.append(Solid(points @ np.array([(c, s, 0), (-s, c, 0), (0, 0, 1)]) + place, faces))
+        made.append(Faces(points @ np.array([(c, s, 0), (-s, c, 0), (0, 0, 1)]) + place, faces))
     return made
 
 

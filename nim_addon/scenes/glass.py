@@ -8,6 +8,7 @@ import bmesh
 import bpy
 import numpy as np
 
+from ..cycles import meshes
 from ..cycles.material import interface_material
 from ..physics import MEDIA, Medium
 from . import mesh_files, shapes, surfaces
@@ -144,8 +145,7 @@ def glass(stage, filling):
         corner_normals = np.vstack([corner_normals, np.tile((0.0, 0.0, 1.0), (3 * len(surface), 1))])
     thing = stage.mesh("Glass", vertices, faces, materials, slots=slots, normals=corner_normals, location=(0, 0, GAP))
     # Cycles keeps the normals on the two sides of an edge apart only where the edge is marked sharp.
-    edges = np.empty((len(thing.data.edges), 2), np.int32)
-    thing.data.edges.foreach_get("vertices", edges.ravel())
+    edges = meshes.read(thing.data.edges, "vertices", 2, np.int32)
     thing.data.edges.foreach_set("use_edge_sharp", np.isin(edges, ring).all(axis=1))
     return thing
 
@@ -192,7 +192,7 @@ def statue_mesh(source):
     nothing behind, where the file holds no mesh.
     """
     mesh = _monkey() if source == "monkey" else _of_file(source)
-    points = _points(mesh)
+    points = meshes.vertices(mesh).astype(float)
     low, high = points.min(axis=0), points.max(axis=0)
     foot = (*(low + high)[:2] / 2, low[2])
     mesh.vertices.foreach_set("co", ((points - foot) * (STATUE_SIZE / (high - low).max())).astype(np.float32).ravel())
@@ -200,12 +200,6 @@ def statue_mesh(source):
     if source != "monkey":
         mesh.set_sharp_from_angle(angle=math.radians(40))
     return mesh
-
-
-def _points(mesh):
-    points = np.empty((len(mesh.vertices), 3), np.float32)
-    mesh.vertices.foreach_get("co", points.ravel())
-    return points.astype(float)
 
 
 def _monkey():

@@ -6,6 +6,7 @@ import numpy as np
 from bpy.app.translations import pgettext_iface, pgettext_rpt
 
 from .. import checks
+from ..cycles import meshes
 from ..cycles.material import asked_interfaces, interface_material, interface_nodes, interface_of
 from ..cycles.visibility import materials_of
 from . import material as material_ui
@@ -100,11 +101,9 @@ def nims_of(thing):
 
     Returns a list of pairs (material, physics.Interface); the latter None where nodes decide it.
     """
-    worn, faces = materials_of(thing), thing.data.polygons
-    slots = np.zeros(len(faces), np.int32)
-    faces.foreach_get("material_index", slots)
+    worn = materials_of(thing)
     found = []
-    for slot in np.unique(np.minimum(slots, len(worn) - 1)):
+    for slot in np.unique(meshes.slots(thing.data, len(worn))):
         for one in asked_interfaces(worn[slot]):
             interface = interface_of(one.node, one.path)
             if interface is None or interface.inside.is_nim or interface.outside.is_nim:

@@ -8,7 +8,7 @@ import numpy as np
 from bpy.app.translations import pgettext_rpt
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, FloatVectorProperty, IntProperty, PointerProperty
 
-from ..cycles.meshes import Meshes
+from ..cycles.casting import Meshes
 from ..cycles.nodes import Nodes, empty_tree
 from ..cycles.visibility import PATHS as MARK
 from ..cycles.visibility import as_rendered, shown

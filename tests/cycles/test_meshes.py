@@ -1,227 +1,54 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What rays meet is what a render shows, and where they meet it is exact to more than Blender casts."""
+"""The arrays of a mesh are what its vertices, corners and faces say one by one."""
 
 import bpy
 import numpy as np
 import pytest
-from mathutils import Euler, Matrix
+from mathutils import Matrix
 
-from nim_addon.cycles.material import interface_material
-from nim_addon.cycles.meshes import Meshes
-from nim_addon.cycles.visibility import OWNER, as_rendered, shown
-from nim_addon.physics import Medium
-from nim_addon.scenes import shapes, surfaces
+from nim_addon.cycles import meshes
 
 
 @pytest.fixture
-def scene():
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    return bpy.context.scene
+def mesh(empty_file):
+    """A triangle of material 1, a quad of material 5."""
+    mesh = bpy.data.meshes.new("Mesh")
+    mesh.from_pydata([(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0), (2, 3, 4)], [], [(0, 1, 2), (1, 4, 3, 2)])
+    mesh.polygons[0].material_index, mesh.polygons[1].material_index = 1, 5
+    return mesh
 
 
-@pytest.fixture
-def nim(scene):
-    return interface_material("NIM", Medium(-1.5), backend="nodes")
+def test_arrays_are_those_of_the_mesh(mesh):
+    np.testing.assert_array_equal(meshes.vertices(mesh), [vertex.co for vertex in mesh.vertices])
+    assert meshes.vertices(mesh).dtype == np.float32
+    assert meshes.corners(mesh).tolist() == [0, 1, 2, 1, 4, 3, 2]
+    assert meshes.starts(mesh).tolist() == [0, 3, 7]
+    assert meshes.faces(meshes.corners(mesh), meshes.starts(mesh)) == [[0, 1, 2], [1, 4, 3, 2]]
+    assert meshes.slots(mesh, 3).tolist() == [1, 2]
+    assert meshes.slots(mesh, 1).tolist() == [0, 0]
+    own = [tuple(triangle.vertices) for triangle in mesh.loop_triangles]
+    assert len(own) == 3 and [tuple(one) for one in meshes.triangles(mesh)] == own
+    corners = meshes.corners(mesh)[meshes.triangles(mesh, "loops")]
+    np.testing.assert_array_equal(corners, meshes.triangles(mesh))
+    assert meshes.read(mesh.polygons, "area").shape == (2,) and meshes.read(mesh.polygons, "normal", 3).shape == (2, 3)
 
 
-def add(scene, vertices, faces, material=None, smooth=False):
-    mesh = bpy.data.meshes.new("Thing")
-    mesh.from_pydata(np.asarray(vertices).tolist(), [], faces)
-    mesh.materials.append(material)
-    if smooth:
-        mesh.shade_smooth()
-    thing = bpy.data.objects.new("Thing", mesh)
-    scene.collection.objects.link(thing)
-    return thing
+def test_vertices_stand_where_a_matrix_puts_them(mesh):
+    matrix = Matrix.Translation((1, 2, 3)) @ Matrix.Rotation(0.7, 4, "X") @ Matrix.Diagonal((2, -1, 1, 1))
+    placed = meshes.vertices(mesh, matrix)
+    assert placed.dtype == float
+    np.testing.assert_allclose(placed, [matrix @ vertex.co for vertex in mesh.vertices], atol=1e-6)
 
 
-def hit(scene, origins, directions):
-    """The Hit, and the Meshes, of what a render of the scene shows."""
-    origins, directions = np.broadcast_arrays(np.atleast_2d(origins).astype(float), np.atleast_2d(directions))
-    with as_rendered(scene) as depsgraph:
-        meshes = Meshes(shown(scene, depsgraph), depsgraph)
-        return meshes.hit(origins, directions.astype(float)), meshes
+def test_an_empty_mesh_has_empty_arrays(empty_file):
+    mesh = bpy.data.meshes.new("Empty")
+    assert meshes.vertices(mesh).shape == (0, 3) and meshes.corners(mesh).shape == (0,)
+    assert meshes.starts(mesh).tolist() == [0] and meshes.triangles(mesh).shape == (0, 3)
+    assert meshes.faces(meshes.corners(mesh), meshes.starts(mesh)) == []
+    low, high = meshes.bounds(meshes.vertices(mesh))
+    assert low.tolist() == high.tolist() == [0, 0, 0]
 
 
-def geometry_nodes(thing, material=None, instances=None):
-    """A modifier that sets a material, or makes the geometry a mesh instance at each of the points `instances`."""
-    tree = bpy.data.node_groups.new("Nodes", "GeometryNodeTree")
-    tree.interface.new_socket("Geometry", in_out="INPUT", socket_type="NodeSocketGeometry")
-    tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
-    enter, leave = tree.nodes.new("NodeGroupInput"), tree.nodes.new("NodeGroupOutput")
-    given = enter.outputs[0]
-    if material:
-        wear = tree.nodes.new("GeometryNodeSetMaterial")
-        wear.inputs["Material"].default_value = material
-        tree.links.new(given, wear.inputs["Geometry"])
-        given = wear.outputs[0]
-    if instances:
-        line, place = tree.nodes.new("GeometryNodeMeshLine"), tree.nodes.new("GeometryNodeInstanceOnPoints")
-        line.inputs["Count"].default_value, line.inputs["Offset"].default_value = instances, (0, 0, 2)
-        tree.links.new(line.outputs[0], place.inputs["Points"])
-        tree.links.new(given, place.inputs["Instance"])
-        given = place.outputs[0]
-    tree.links.new(given, leave.inputs[0])
-    thing.modifiers.new("Nodes", "NODES").node_group = tree
-
-
-def test_normals_of_a_stretched_ball_are_those_of_the_ellipsoid(scene, nim):
-    ball = add(scene, *shapes.cube_sphere(32), nim, smooth=True)
-    ball.scale = stretch = np.array((2.0, 1.0, 0.4))
-    outwards = np.random.default_rng(1).normal(size=(50, 3)) * stretch
-    outwards /= np.linalg.norm(outwards, axis=1, keepdims=True)
-    found, _ = hit(scene, 9 * outwards, -outwards)
-    at = (9 - found.distance)[:, None] * outwards
-    np.testing.assert_allclose(np.linalg.norm(at / stretch, axis=1), 1, atol=1e-3)
-    normals = at / stretch**2
-    np.testing.assert_allclose(found.normal, normals / np.linalg.norm(normals, axis=1, keepdims=True), atol=5e-3)
-    assert (found.which == 0).all()
-
-
-@pytest.mark.parametrize("how", ["slot", "set material", "override", "group", "nested instances", "node instances"])
-def test_a_material_counts_wherever_it_comes_from(scene, nim, how):
-    plain = surfaces.plain("Plain", (0.5, 0.5, 0.5))
-    thing = add(scene, *shapes.rectangle((-1, -1), (1, 1)), nim if "instances" in how else plain)
-    expected = 0.0
-    if how == "slot":
-        thing.material_slots[0].link = "OBJECT"
-        thing.material_slots[0].material = nim
-    elif how == "set material":
-        geometry_nodes(thing, nim)
-    elif how == "override":
-        scene.view_layers[0].material_override = nim
-    elif how == "group":
-        tree = bpy.data.node_groups.new("Mine", "ShaderNodeTree")
-        tree.interface.new_socket("Shader", in_out="OUTPUT", socket_type="NodeSocketShader")
-        inner = tree.nodes.new("ShaderNodeGroup")
-        inner.node_tree = nim.node_tree.nodes["NIM Interface"].node_tree
-        tree.links.new(inner.outputs[0], tree.nodes.new("NodeGroupOutput").inputs[0])
-        outer = plain.node_tree.nodes.new("ShaderNodeGroup")
-        outer.node_tree = tree
-        end = next(node for node in plain.node_tree.nodes if node.type == "OUTPUT_MATERIAL")
-        plain.node_tree.links.new(outer.outputs[0], end.inputs["Surface"])
-    elif how == "nested instances":
-        scene.collection.objects.unlink(thing)
-        for z in (0.5, 1.0):  # an empty that repeats a collection with the thing, or with the empty before
-            group = bpy.data.collections.new("Group")
-            group.objects.link(thing)
-            thing = bpy.data.objects.new("Instance", None)
-            thing.instance_type, thing.instance_collection = "COLLECTION", group
-            thing.location.z = z
-        scene.collection.objects.link(thing)
-        expected = 1.5
-    else:
-        geometry_nodes(thing, instances=3)
-        expected = 4.0
-    found, meshes = hit(scene, (0.3, 0.2, 9), (0, 0, -1))
-    np.testing.assert_allclose(found.distance, 9 - expected, atol=1e-6)
-    assert found.which.tolist() == [0] and meshes.interfaces[0].inside == Medium(-1.5)
-    assert meshes.high[2] == pytest.approx(expected, abs=1e-6) and not meshes.unknown
-
-
-def test_curves_with_a_thickness_stop_rays_and_what_a_bake_made_does_not(scene, nim):
-    add(scene, *shapes.rectangle((-1, -1), (1, 1)), nim)
-    curve = bpy.data.curves.new("Curve", "CURVE")
-    curve.dimensions, curve.bevel_depth = "3D", 0.25
-    curve.splines.new("POLY").points.add(1)
-    for point, x in zip(curve.splines[0].points, (-1, 1), strict=True):
-        point.co = x, 0, 2, 1
-    scene.collection.objects.link(bpy.data.objects.new("Curve", curve))
-    copy = add(scene, *shapes.rectangle((-1, -1), (1, 1), 3.0))
-    copy[OWNER] = True
-    found, _ = hit(scene, [(0, 0, 9), (0, 0.9, 9)], (0, 0, -1))
-    np.testing.assert_allclose(found.distance, (6.75, 9), atol=1e-5)
-    assert found.which.tolist() == [-1, 0]
-
-
-def test_slots_of_one_mesh_and_the_bounds_of_those_that_bend(scene, nim):
-    vertices, faces = shapes.box((-1, -1, -1), (1, 1, 1))
-    thing = add(scene, vertices, faces, surfaces.plain("Plain", (0.5, 0.5, 0.5)))
-    thing.data.materials.append(nim)
-    top = next(one for one in thing.data.polygons if one.normal.z > 0.9)
-    top.material_index = 7  # beyond the slots: the last one counts
-    thing.location.x = 10
-    found, meshes = hit(scene, [(10, 0, 9), (19, 0, 0)], [(0, 0, -1), (-1, 0, 0)])
-    assert found.which.tolist() == [0, -1]
-    np.testing.assert_allclose(meshes.low, (9, -1, 1), atol=1e-6)
-    np.testing.assert_allclose(meshes.high, (11, 1, 1), atol=1e-6)
-    assert list(meshes.bounds) == [thing]
-
-
-def test_hits_of_many_objects_are_the_nearest_and_exact_to_double_precision(scene, nim):
-    """Turned, mirrored, stretched boxes beside each other: each hit is where the planes of the corners say."""
-    rng = np.random.default_rng(2)
-    vertices, faces = shapes.box((-1, -1, -1), (1, 1, 1))
-    mesh = add(scene, vertices, faces, nim).data
-    boxes = [scene.objects[0]] + [bpy.data.objects.new("Box", mesh) for _ in range(29)]
-    for thing in boxes:
-        if thing.name not in scene.collection.objects:
-            scene.collection.objects.link(thing)
-        scale = Matrix.Diagonal((*rng.uniform(0.2, 2, 2), -rng.uniform(0.2, 2), 1))
-        thing.matrix_world = (
-            Matrix.Translation(rng.uniform(-4, 4, 3)) @ Euler(rng.uniform(0, 6, 3)).to_matrix().to_4x4() @ scale
-        )
-    origins, directions = rng.uniform(-9, 9, (400, 3)), rng.uniform(-4, 4, (400, 3))
-    directions -= origins
-    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-    bpy.context.view_layer.update()
-    found, _ = hit(scene, origins, directions)
-    nearest = np.full(400, np.inf)
-    for thing in boxes:
-        matrix = np.array(thing.matrix_world, float)
-        local = np.linalg.inv(matrix)
-        o, d = origins @ local[:3, :3].T + local[:3, 3], directions @ local[:3, :3].T
-        first, last = np.sort(np.stack([(-1 - o) / d, (1 - o) / d]), axis=0)
-        enter, leave = first.max(axis=1), last.min(axis=1)
-        at = np.where(enter > 0, enter, leave)
-        nearest = np.where((enter < leave) & (at > 0) & (at < nearest), at, nearest)
-    assert np.isfinite(nearest).sum() > 100
-    np.testing.assert_allclose(found.distance, nearest, rtol=1e-10)
-    assert (found.which == np.where(np.isfinite(nearest), 0, -1)).all()
-
-
-def test_faces_of_many_corners_are_met_in_each_of_their_triangles(scene, nim):
-    turn = np.linspace(0, 2 * np.pi, 7, endpoint=False)
-    rim = np.stack([np.cos(turn), np.sin(turn), 0.2 * np.cos(3 * turn)], -1)
-    add(scene, [*rim, (9, 9, 9), (8, 9, 9), (9, 8, 9)], [[7, 8, 9], list(range(7))], nim)
-    at = np.random.default_rng(3).uniform(-0.55, 0.55, (60, 2))
-    found, _ = hit(scene, np.insert(at, 2, 5, axis=1), (0, 0, -1))
-    mesh = scene.objects[0].data
-    mesh.calc_loop_triangles()
-    for (x, y), distance in zip(at, found.distance, strict=True):
-        for triangle in mesh.loop_triangles:
-            a, b, c = (np.array(mesh.vertices[i].co, float) for i in triangle.vertices)
-            u, v = np.linalg.solve(np.stack([b - a, c - a], -1)[:2], np.array((x, y)) - a[:2])
-            if u >= 0 and v >= 0 and u + v <= 1:
-                assert 5 - distance == pytest.approx((a + u * (b - a) + v * (c - a))[2], abs=1e-9)
-                break
-        else:
-            raise AssertionError("no triangle there")
-
-
-def test_custom_and_flat_normals_are_those_of_the_corners(scene, nim):
-    thing = add(scene, *shapes.rectangle((-1, -1), (1, 1)), nim, smooth=True)
-    leaning = np.array((0.3, 0.1, 1)) / np.linalg.norm((0.3, 0.1, 1))
-    thing.data.normals_split_custom_set([leaning] * 4)
-    found, _ = hit(scene, (0.2, 0.3, 1), (0, 0, -1))
-    np.testing.assert_allclose(found.normal, [leaning], atol=1e-3)
-    thing = add(scene, *shapes.rectangle((-1, -1), (1, 1), 0.5), nim)
-    np.testing.assert_allclose(hit(scene, (0.2, 0.3, 1), (0, 0, -1))[0].normal, [(0, 0, 1)], atol=1e-7)
-
-
-def test_only_meshes_whose_bounds_a_ray_meets_get_a_tree(scene, nim):
-    add(scene, *shapes.rectangle((-1, -1), (1, 1)), nim)
-    add(scene, *shapes.cube_sphere(8), nim).location.x = 9
-    with as_rendered(scene) as depsgraph:
-        meshes = Meshes(shown(scene, depsgraph), depsgraph)
-        assert [body.mesh._tree for body in meshes._bodies] == [None, None]
-        meshes.hit(np.array([(0.0, 0.0, 5.0)]), np.array([(0.0, 0.0, -1.0)]))
-        assert [body.mesh._tree is None for body in meshes._bodies] == [False, True]
-
-
-def test_no_interface_leaves_no_bounds(scene):
-    assert not hit(scene, (0, 0, 1), (0, 0, -1))[1].bounds
-    add(scene, *shapes.rectangle((-1, -1), (1, 1)))
-    add(scene, [(0, 0, 0)], [])
-    found, meshes = hit(scene, (0, 0, 1), (0, 0, -1))
-    assert not meshes.bounds and found.which.tolist() == [-1] and found.distance[0] == pytest.approx(1)
+def test_a_box_has_eight_corners():
+    found = meshes.box_corners((0, 1, 2), (3, 4, 5))
+    assert {tuple(corner) for corner in found} == {(x, y, z) for x in (0, 3) for y in (1, 4) for z in (2, 5)}

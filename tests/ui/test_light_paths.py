@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from mathutils import Euler, Matrix
 
-from nim_addon.cycles import meshes
+from nim_addon.cycles.casting import Meshes
 from nim_addon.cycles.material import interface_material
 from nim_addon.cycles.visibility import as_rendered, shown
 from nim_addon.physics import MEDIA, Interface, Medium
@@ -184,7 +184,7 @@ def met_from_outside(scene, least):
     bpy.context.view_layer.update()
     with as_rendered(scene) as depsgraph:
         things = (one for one in shown(scene, depsgraph) if not one.original.get(MARK))
-        surfaces = meshes.Meshes(things, depsgraph)
+        surfaces = Meshes(things, depsgraph)
         ends, _ = drawn(Kind.INCIDENT, scene)
         along = direction(ends)
         ahead, behind = surfaces.hit(ends[:, 0], along), surfaces.hit(ends[:, 0], -along)

@@ -7,6 +7,7 @@ from . import (
     add,
     assets,
     caustics,
+    caustics_bake,
     convert,
     jobs,
     light_paths,
@@ -31,6 +32,7 @@ MODULES = (
     add,
     scenes,
     jobs,
+    caustics_bake,
     caustics,
     light_paths,
     assets,
@@ -38,10 +40,12 @@ MODULES = (
 
 
 def register():
-    """Register every module's CLASSES, then what else it adds (menus, properties, handlers); raises what Blender raises."""
+    """Register every module's CLASSES and HANDLERS, then what else it adds (menus, properties); raises what Blender raises."""
     for module in MODULES:
-        for one in module.CLASSES:
-            bpy.utils.register_class(one)
+        for cls in module.CLASSES:
+            bpy.utils.register_class(cls)
+        for name, handler in getattr(module, "HANDLERS", ()):
+            getattr(bpy.app.handlers, name).append(handler)
         module.register()
 
 
@@ -49,5 +53,7 @@ def unregister():
     """Take back what register() did, backwards."""
     for module in reversed(MODULES):
         module.unregister()
-        for one in reversed(module.CLASSES):
-            bpy.utils.unregister_class(one)
+        for name, handler in getattr(module, "HANDLERS", ()):
+            getattr(bpy.app.handlers, name).remove(handler)
+        for cls in reversed(module.CLASSES):
+            bpy.utils.unregister_class(cls)

@@ -12,6 +12,7 @@ from ..cycles.visibility import materials_of
 from . import material as material_ui
 from . import warnings
 from .material import chosen_medium, index_property, medium_property, number, permeability_property
+from .panels import Sidebar, draw_sentence
 
 # The slots of an object hide those of its mesh: a NIM is put into the first, so the mesh and others that share it stay.
 
@@ -252,14 +253,11 @@ def _already(thing, nims):
     return text.format(name=thing.name, n=number(n))
 
 
-class NIM_PT_convert(bpy.types.Panel):
+class NIM_PT_convert(Sidebar, bpy.types.Panel):
     """The active object's interface in short"""
 
     bl_idname = "NIM_PT_convert"
     bl_label = "Material"
-    bl_space_type = "VIEW_3D"
-    bl_region_type = "UI"
-    bl_category = "NIM"
     bl_order = 1
 
     def draw(self, context):
@@ -271,7 +269,7 @@ class NIM_PT_convert(bpy.types.Panel):
             layout.label(text="Select a mesh object", icon="INFO")
         elif material is None or material_ui.active_node(material) is None:
             text = pgettext_iface("{name} has no negative-index interface.").format(name=thing.name)
-            warnings.draw_sentence(layout, context, text, icon="INFO")
+            draw_sentence(layout, context, text, icon="INFO")
         else:
             layout.label(text=f"{thing.name}: {material.name}", icon="MATERIAL", translate=False)
             material_ui.draw_media(layout, context, material)

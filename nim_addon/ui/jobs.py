@@ -16,6 +16,7 @@ from bpy.app.translations import pgettext_iface, pgettext_rpt
 from ..base.text import duration
 from ..scenes.parameters import file_name
 from . import preferences, scenes
+from .panels import Sidebar, draw_sentence
 
 # What the second process runs: the command, until its standard input ends, as it does when this Blender ends or is
 # killed. An interrupt then lets the render clear away what it has begun.
@@ -358,14 +359,11 @@ class NIM_OT_open_folder(bpy.types.Operator):
 # ------------------------------------------------------------------------------------------------ the panel
 
 
-class NIM_PT_jobs(bpy.types.Panel):
+class NIM_PT_jobs(Sidebar, bpy.types.Panel):
     """Headless renders: start, progress, result."""
 
     bl_idname = "NIM_PT_jobs"
     bl_label = "Headless Render"
-    bl_space_type = "VIEW_3D"
-    bl_region_type = "UI"
-    bl_category = "NIM"
     bl_parent_id = "NIM_PT_scenes"
 
     def draw(self, context):
@@ -384,7 +382,7 @@ class NIM_PT_jobs(bpy.types.Panel):
         elif _job.cancelled:
             box.label(text="Cancelled", icon="X")
         elif _job.problem:
-            scenes.draw_sentence(box, context, _job.problem, "ERROR")
+            draw_sentence(box, context, _job.problem, "ERROR")
         if _job.files:
             box.label(text=_job.files[-1].name, icon="CHECKMARK", translate=False)
             row = box.row(align=True)

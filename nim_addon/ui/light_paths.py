@@ -14,6 +14,7 @@ from ..cycles.visibility import PATHS as MARK
 from ..cycles.visibility import as_rendered, shown
 from ..physics.rays import MOST, Fate, Kind, trace
 from . import light_sources
+from .panels import Sidebar
 
 COLLECTION = "NIM Light Paths"
 # MARK is the custom property of all we draw; that of an object holds the source it was drawn for.
@@ -268,14 +269,11 @@ class NIM_OT_light_paths_clear(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class NIM_PT_light_paths(bpy.types.Panel):
+class NIM_PT_light_paths(Sidebar, bpy.types.Panel):
     """Rays through the interfaces of the scene, drawn as curves"""
 
     bl_idname = "NIM_PT_light_paths"
     bl_label = "Light Paths"
-    bl_space_type = "VIEW_3D"
-    bl_region_type = "UI"
-    bl_category = "NIM"
     bl_order = 20
 
     def draw(self, context):

@@ -21,6 +21,7 @@ from ..cycles.material import (
 from ..physics import MEDIA, Interface, Medium
 from ..physics.media import LEAST, MOST
 from . import curve, preferences, warnings
+from .panels import draw_sentence
 from .translations import OWN
 
 # Of media with the same numbers the first stands for all. The numbers are kept in files: never change one.
@@ -403,10 +404,10 @@ def draw_media(layout, context, material, sides=SIDES):
             else:
                 row.prop(material.nim, f"{name}_{side}", text=name, translate=False)
         if note := _note(material, side):
-            warnings.draw_sentence(column, context, note, icon="INFO")
+            draw_sentence(column, context, note, icon="INFO")
         else:
             for text in _complaints(node, side):
-                warnings.draw_sentence(column, context, text, icon="ERROR")
+                draw_sentence(column, context, text, icon="ERROR")
 
 
 def draw_summary(layout, context, material):
@@ -415,7 +416,7 @@ def draw_summary(layout, context, material):
     if interface:
         column = layout.column()
         for sentence in summary(interface):
-            warnings.draw_sentence(column, context, sentence)
+            draw_sentence(column, context, sentence)
 
 
 def draw_readings(layout, context, material):
@@ -426,7 +427,7 @@ def draw_readings(layout, context, material):
         return  # which draw_media() says
     if interface is None:
         text = pgettext_iface("The node tree decides n or mu, point by point: there is no one curve to show.")
-        warnings.draw_sentence(layout, context, text, icon="INFO")
+        draw_sentence(layout, context, text, icon="INFO")
         return
     scale = context.preferences.system.ui_scale
     wide = context.region is not None and context.region.width > WIDE * scale
@@ -447,8 +448,8 @@ def draw_readings(layout, context, material):
             line.label(text=label, translate=False)
             line.label(text=value, icon="BLANK1", translate=False)
         else:
-            warnings.draw_sentence(right, context, f"{label}: {value}")
-    warnings.draw_sentence(
+            draw_sentence(right, context, f"{label}: {value}")
+    draw_sentence(
         box, context, pgettext_iface("R over the angle of incidence. Solid: from outside; dashed: from inside.")
     )
 
@@ -471,12 +472,12 @@ def draw_material(layout, context, material):
     """Draw all of the panel for a material, or the button that makes a NIM where it has no interface node."""
     if material is None or active_node(material) is None:
         text = "This material has no negative-index interface." if material else "There is no material yet."
-        warnings.draw_sentence(layout, context, pgettext_iface(text), icon="INFO")
+        draw_sentence(layout, context, pgettext_iface(text), icon="INFO")
         layout.operator("nim.convert", text="Make Negative-Index", icon="MATERIAL")
         return
     if not material.is_editable:
         text = pgettext_iface("The material is linked from a library: change it in that file.")
-        warnings.draw_sentence(layout, context, text, icon="LIBRARY_DATA_DIRECT")
+        draw_sentence(layout, context, text, icon="LIBRARY_DATA_DIRECT")
     draw_media(layout, context, material)
     draw_summary(layout, context, material)
     draw_readings(layout, context, material)

@@ -5,7 +5,6 @@ import dataclasses
 import os
 import shlex
 import subprocess
-import textwrap
 from pathlib import Path
 
 import bpy
@@ -18,6 +17,7 @@ from ..physics import MEDIA, Medium
 from ..scenes import SCENES, scene_type
 from ..scenes import stage as stages
 from . import preferences
+from .panels import Sidebar, draw_sentence
 from .translations import OWN
 
 PACKAGE = Path(__file__).parents[1]
@@ -486,15 +486,6 @@ PRESET_MENUS = {name: _preset_menu(name) for name in SCENES}
 # ------------------------------------------------------------------------------------------------ the panel
 
 
-def draw_sentence(layout, context, sentence, icon):
-    """Draw a sentence over as many lines as the region's width takes."""
-    width = max(20, int(context.region.width / (7.5 * context.preferences.system.ui_scale)) - 8)
-    column = layout.column(align=True)
-    column.scale_y = 0.8
-    for number, line in enumerate(textwrap.wrap(sentence, width)):
-        column.label(text=line, icon="BLANK1" if number else icon, translate=False)
-
-
 def _draw_automatic(layout, group, name, label):
     """A number that a person may set, or leave to the rest."""
     row = layout.row(heading=label)
@@ -522,14 +513,11 @@ def _draw_field(layout, group, field):
         layout.prop(group, f"{name}_file")
 
 
-class NIM_PT_scenes(bpy.types.Panel):
+class NIM_PT_scenes(Sidebar, bpy.types.Panel):
     """Choose a scene, set it, build it."""
 
     bl_idname = "NIM_PT_scenes"
     bl_label = "Scenes"
-    bl_space_type = "VIEW_3D"
-    bl_region_type = "UI"
-    bl_category = "NIM"
     bl_order = 0
 
     def draw(self, context):

@@ -56,22 +56,19 @@ def update_if_more(*_):
         deferred.do(update_opened_file)
 
 
-HANDLERS = {"load_post": update_opened_file}
-if hasattr(bpy.app.handlers, "blend_import_post"):
-    HANDLERS["blend_import_post"] = update_imported
-else:
-    HANDLERS["depsgraph_update_post"] = update_if_more
-
 CLASSES = (NIM_OT_update_file,)
+# Every file that is opened is looked through, and every one that something is appended from.
+HANDLERS = (
+    ("load_post", update_opened_file),
+    ("blend_import_post", update_imported)
+    if hasattr(bpy.app.handlers, "blend_import_post")
+    else ("depsgraph_update_post", update_if_more),
+)
 
 
 def register():
-    """From now on every file that is opened is looked through, and every one that something is appended from."""
-    for name, function in HANDLERS.items():
-        getattr(bpy.app.handlers, name).append(function)
+    """Nothing more than the classes and handlers."""
 
 
 def unregister():
-    """And no longer."""
-    for name, function in HANDLERS.items():
-        getattr(bpy.app.handlers, name).remove(function)
+    """Nothing."""

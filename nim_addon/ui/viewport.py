@@ -10,6 +10,7 @@ from bpy.app.translations import pgettext_iface
 
 from .. import checks
 from . import warnings
+from .panels import Sidebar, draw_sentence
 
 TEXT = "{engine} draws this view and cannot bend a ray backwards: its interfaces are wrong. Use Rendered, with Cycles."
 COLOR, SIZE, MARGIN = (1.0, 0.62, 0.25, 1.0), 12, 14
@@ -32,7 +33,7 @@ def draw_note(layout, context):
     engine = wrong_engine(context.space_data, context.scene)
     if engine:
         box = layout.box().column(align=True)
-        warnings.draw_sentence(box, context, pgettext_iface(TEXT).format(engine=engine), icon="ERROR")
+        draw_sentence(box, context, pgettext_iface(TEXT).format(engine=engine), icon="ERROR")
         box.operator("nim.view_rendered", icon="SHADING_RENDERED")
     return engine is not None
 
@@ -75,14 +76,11 @@ class NIM_OT_view_rendered(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class NIM_PT_checks(bpy.types.Panel):
+class NIM_PT_checks(Sidebar, bpy.types.Panel):
     """What would spoil the picture"""
 
     bl_idname = "NIM_PT_checks"
     bl_label = "Checks"
-    bl_space_type = "VIEW_3D"
-    bl_region_type = "UI"
-    bl_category = "NIM"
     bl_order = 2
 
     def draw(self, context):

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from nim_addon import caustics as engine
+from nim_addon.caustics import baking
 from nim_addon.cycles.material import interface_material
 from nim_addon.cycles.nodes import Nodes, empty_tree
 from nim_addon.physics import Medium
 from nim_addon.scenes import shapes, surfaces
-from nim_addon.ui import caustics, deferred
+from nim_addon.ui import caustics, caustics_bake, caustics_looks, deferred
 
 KINDS = (
     "scenes",
@@ -31,9 +32,9 @@ KINDS = (
 @pytest.fixture
 def scene(addon, monkeypatch):
     """The default file with a ball of NIM over a floor in the sun; a million photons are twenty thousand."""
-    monkeypatch.setattr(caustics, "MILLION", 20_000)
-    monkeypatch.setattr(caustics, "ROUND", 5_000)
-    monkeypatch.setattr(engine, "TRIAL", 1 << 14)
+    monkeypatch.setattr(caustics_bake, "MILLION", 20_000)
+    monkeypatch.setattr(caustics_bake, "ROUND", 5_000)
+    monkeypatch.setattr(baking, "TRIAL", 1 << 14)
     scene = bpy.context.scene
     bpy.data.objects.remove(bpy.data.objects["Cube"])
     add("Floor", shapes.rectangle((-4, -4), (4, 4), -1.0), surfaces.plain("Floor", (0.5, 0.5, 0.5)))
@@ -49,19 +50,19 @@ def add(name, mesh, material):
     data = bpy.data.meshes.new(name)
     data.from_pydata(np.asarray(mesh[0]).tolist(), [], mesh[1])
     data.materials.append(material)
-    thing = bpy.data.objects.new(name, data)
-    bpy.context.collection.objects.link(thing)
-    return thing
+    object_ = bpy.data.objects.new(name, data)
+    bpy.context.collection.objects.link(object_)
+    return object_
 
 
 def names():
-    return {kind: {one.name for one in getattr(bpy.data, kind)} - {"Render Result"} for kind in KINDS}
+    return {kind: {item.name for item in getattr(bpy.data, kind)} - {"Render Result"} for kind in KINDS}
 
 
 def known(scene):
     """What the panel knows, after what was changed has reached the scene."""
     bpy.context.view_layer.update()
-    return caustics._look(scene)
+    return caustics_looks.LOOKS.known(scene)
 
 
 def drawn(scene):
@@ -88,11 +89,11 @@ def test_the_button_bakes_and_clear_gives_the_scene_back(scene, press, capfd):
     with pytest.raises(RuntimeError, match="This scene has no baked caustics"):
         press("nim.clear_caustics")
     assert press("nim.bake_caustics") == {"FINISHED"}
-    made = engine.baked(scene)[caustics.BAKED].to_dict()
-    assert made["photons"] == pytest.approx(20_000, rel=0.01)
-    assert made["surfaces"] == 1 and made["seconds"] > 0
-    image = next(one for one in bpy.data.images if one.name.startswith(engine.COLLECTION))
-    assert made["megabytes"] == pytest.approx(image.size[0] * image.size[1] * 16 / 1e6)
+    report = engine.baked(scene)[caustics_looks.BAKED].to_dict()
+    assert report["photons"] == pytest.approx(20_000, rel=0.01)
+    assert report["surfaces"] == 1 and report["seconds"] > 0
+    image = next(image for image in bpy.data.images if image.name.startswith(engine.COLLECTION))
+    assert report["megabytes"] == pytest.approx(image.size[0] * image.size[1] * 16 / 1e6)
     assert scene.objects["Floor"].hide_render
     assert not {
         name for name in names()["scenes"] | names()["materials"] if name.startswith("NIM p")
@@ -122,7 +123,7 @@ def test_it_is_out_of_date_by_what_counts_and_by_nothing_else(scene, press):
     for change, back in changes:
         change()
         assert known(scene).stale
-        assert caustics.NIM_OT_bake_caustics.poll(bpy.context)
+        assert caustics_bake.NIM_OT_bake_caustics.poll(bpy.context)
         assert "Out of date" in drawn(scene)
         back()
         assert not known(scene).stale
@@ -131,9 +132,9 @@ def test_it_is_out_of_date_by_what_counts_and_by_nothing_else(scene, press):
     ball.location.x = 0.0
     ball.keyframe_insert("location", frame=1)
     scene.frame_set(10)
-    assert caustics._look(scene).stale
+    assert caustics_looks.LOOKS.known(scene).stale
     scene.frame_set(1)
-    assert not caustics._look(scene).stale
+    assert not caustics_looks.LOOKS.known(scene).stale
     scene.nim_caustics.seed = 5  # other noise: nothing is out of date, but there is something to bake
     assert not known(scene).stale
     assert press("nim.bake_caustics") == {"FINISHED"}
@@ -190,7 +191,7 @@ def test_a_change_is_looked_at_once_it_is_still(monkeypatch):
 
     def wait(seconds):
         now[0] += seconds
-        for function in [one for one, due in timers.items() if due <= now[0] + 1e-9]:
+        for function in [timer for timer, due in timers.items() if due <= now[0] + 1e-9]:
             again = function()
             del timers[function]
             if again is not None:
@@ -223,67 +224,63 @@ def test_one_undo_takes_it_back(scene, press):
     assert known(bpy.context.scene).baked
 
 
-def operator(reports):
-    """What stands for the operator while it is modal: Blender makes no instance of it without a window."""
-    one = types.SimpleNamespace(run=None, report=lambda kind, text: reports.append((kind, text)))
-    for name in ("_ticked", "_stopped", "_kept", "_failed"):
-        setattr(one, name, types.MethodType(getattr(caustics.NIM_OT_bake_caustics, name), one))
-    return one
+def pressed(reports):
+    """What the operator has while it is modal: Blender makes no instance of it without a window."""
+    return caustics_bake.Press(lambda level, text: reports.append((level, text)))
 
 
 def test_stopped_early_nothing_is_changed_and_after_two_rounds_the_rest_is_kept(scene, one_sentence):
     before, reports = names(), []
-    one = operator(reports)
-    assert one._ticked(scene) == one._ticked(scene) == set()  # started, and a round
+    press = pressed(reports)
+    assert press.tick(scene) == press.tick(scene) == set()  # started, and a round
     with pytest.raises(RuntimeError, match="being baked"):
         bpy.ops.nim.bake_caustics()
-    assert one._stopped() == {"CANCELLED"}
+    assert press.stop() == {"CANCELLED"}
     assert names() == before and "nothing is changed" in reports[-1][1]
-    one = operator(reports)
+    press = pressed(reports)
     for _ in range(3):
-        one._ticked(scene)
-    assert one.run.part == 0.5 and "left" in one.run.text()
-    assert one._stopped() == {"FINISHED"}
+        press.tick(scene)
+    assert press.run.part == 0.5 and "left" in press.run.text()
+    assert press.stop() == {"FINISHED"}
     assert "0.5 million photons" in reports[-1][1]
     assert "Up to date" in drawn(scene)
-    assert caustics.NIM_OT_bake_caustics.poll(bpy.context)  # there are more to trace
+    assert caustics_bake.NIM_OT_bake_caustics.poll(bpy.context)  # there are more to trace
 
 
 def test_a_scene_that_changes_or_goes_ends_it(scene, addon):
-
     before, reports = names(), []
-    one = operator(reports)
+    press = pressed(reports)
     for _ in range(5):
-        assert one._ticked(scene) == set()
+        assert press.tick(scene) == set()
     scene.objects["Ball"].location.x = 0.3
-    assert one._ticked(scene) == {"CANCELLED"}
+    assert press.tick(scene) == {"CANCELLED"}
     assert names() == before and "changed while" in reports[-1][1]
-    one = operator(reports)
-    one._ticked(scene)
+    press = pressed(reports)
+    press.tick(scene)
     bpy.ops.ed.undo_push(message="Meanwhile")
     bpy.ops.ed.undo()
-    assert one._ticked(bpy.context.scene) == {"CANCELLED"} and caustics._run is None
-    one = operator(reports)
+    assert press.tick(bpy.context.scene) == {"CANCELLED"} and caustics_bake.under_way() is None
+    press = pressed(reports)
     other = bpy.data.scenes.new("Other")
-    one._ticked(bpy.context.scene)
+    press.tick(bpy.context.scene)
     bpy.context.window.scene = other
     bpy.data.scenes.remove(bpy.data.scenes["Scene"])
-    assert one._ticked(other) == {"CANCELLED"} and caustics._run is None
-    assert not [one.name for one in bpy.data.scenes if one.name.startswith("NIM")]
+    assert press.tick(other) == {"CANCELLED"} and caustics_bake.under_way() is None
+    assert not [scene.name for scene in bpy.data.scenes if scene.name.startswith("NIM")]
 
 
 def test_another_file_or_the_end_of_the_add_on_ends_it(scene, addon):
     import addon_utils
 
-    one = operator([])
-    one._ticked(scene)
+    press = pressed([])
+    press.tick(scene)
     addon_utils.disable(addon, default_set=True)
-    assert caustics._run is None and "NIM photons" not in bpy.data.scenes
+    assert caustics_bake.under_way() is None and "NIM photons" not in bpy.data.scenes
     addon_utils.enable(addon, default_set=True)
-    one = operator([])
-    one._ticked(bpy.context.scene)
+    press = pressed([])
+    press.tick(bpy.context.scene)
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-    assert one._ticked(bpy.context.scene) == {"CANCELLED"} and caustics._run is None
+    assert press.tick(bpy.context.scene) == {"CANCELLED"} and caustics_bake.under_way() is None
 
 
 def test_what_cannot_be_baked_is_said_in_one_sentence(scene, press):
@@ -293,7 +290,7 @@ def test_what_cannot_be_baked_is_said_in_one_sentence(scene, press):
     def refused(words):
         with pytest.raises(RuntimeError, match=words):
             press("nim.bake_caustics")
-        assert names() == before and caustics._run is None
+        assert names() == before and caustics_bake.under_way() is None
 
     light.hide_render = True
     assert "No lamp shines here" in drawn(scene)
@@ -310,13 +307,15 @@ def test_what_cannot_be_baked_is_said_in_one_sentence(scene, press):
 
 def test_a_cube_made_a_nim_bakes(addon, monkeypatch):
     """The first that a person tries: the default cube, Make Negative-Index, a plane below, Bake Caustics."""
-    monkeypatch.setattr(caustics, "MILLION", 20_000)
-    monkeypatch.setattr(engine, "TRIAL", 1 << 14)
+    monkeypatch.setattr(caustics_bake, "MILLION", 20_000)
+    monkeypatch.setattr(baking, "TRIAL", 1 << 14)
     bpy.ops.nim.convert()
     bpy.ops.mesh.primitive_plane_add(size=20, location=(0, 0, -1.5))
     bpy.context.scene.nim_caustics.photons, bpy.context.scene.nim_caustics.texels = 1, "512"
     assert bpy.ops.nim.bake_caustics() == {"FINISHED"}
-    assert [one.name for one in engine.baked(bpy.context.scene).objects if one.type == "MESH"] == ["NIM Caustics Plane"]
+    assert [copy.name for copy in engine.baked(bpy.context.scene).objects if copy.type == "MESH"] == [
+        "NIM Caustics Plane"
+    ]
 
 
 def test_what_is_not_traced_is_said_by_the_button(scene):

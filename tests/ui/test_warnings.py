@@ -231,7 +231,7 @@ def test_looking_is_no_change(scene, monkeypatch):
     from nim_addon.ui import warnings
 
     looks = []
-    monkeypatch.setattr(warnings, "_renew", lambda uid, renew=warnings._renew: looks.append(uid) or renew(uid))
+    monkeypatch.setattr(checks, "found_in", lambda sight, real=checks.found_in: looks.append(1) or real(sight))
     cube().hide_viewport = True
     for _ in range(3):
         bpy.context.view_layer.update()

@@ -1,0 +1,26 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the panels share: the place of those in a 3D view's sidebar, and how a sentence is drawn."""
+
+import textwrap
+
+import bpy
+
+
+class Sidebar:
+    """For a panel in the sidebar of a 3D view, on the add-on's own tab."""
+
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "NIM"
+
+
+def draw_sentence(layout: bpy.types.UILayout, context: bpy.types.Context, text: str, icon: str = "NONE") -> None:
+    """Draw a sentence, translated already, over as many lines as the region is too narrow for."""
+    width = context.region.width / context.preferences.system.ui_scale if context.region else 300
+    # a letter is about 6.2 units wide; margins, tabs and the icon take the rest
+    letters = int((width - (75 if icon != "NONE" else 50)) / 6.2)
+    column = layout.column(align=True)
+    column.scale_y = 0.8
+    for line in textwrap.wrap(text, max(24, letters)):
+        column.label(text=line, icon=icon, translate=False)
+        icon = "BLANK1" if icon != "NONE" else "NONE"

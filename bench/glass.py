@@ -10,9 +10,9 @@ import time
 
 import bpy
 
+from nim_addon.base.streams import quiet
 from nim_addon.cycles.material import NODE_NAME, switch_backend
 from nim_addon.cycles.nodes import Nodes, empty_tree
-from nim_addon.cycles.render import quiet
 from nim_addon.physics import Medium
 from nim_addon.scenes import scene_type
 

@@ -51,7 +51,7 @@ class Cycles:
         import bpy
         import reference_scene
 
-        from nim_addon.cycles.render import quiet
+        from nim_addon.base.streams import quiet
 
         with quiet():
             bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)

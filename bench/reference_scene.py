@@ -8,8 +8,8 @@ from pathlib import Path
 
 import bpy
 
+from nim_addon.base.streams import quiet
 from nim_addon.cycles.material import interface_material
-from nim_addon.cycles.render import quiet
 from nim_addon.physics import Medium
 from nim_addon.scenes import shapes, surfaces
 from nim_addon.scenes.sphere import ball

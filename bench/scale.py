@@ -17,8 +17,8 @@ import bpy
 import numpy as np
 
 from nim_addon import caustics, checks
+from nim_addon.base.streams import quiet
 from nim_addon.cycles.material import interface_material
-from nim_addon.cycles.render import quiet
 from nim_addon.physics import Medium
 
 TRIANGLES = 5_000_000

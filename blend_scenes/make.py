@@ -15,7 +15,7 @@ os.environ["HOME"] = "/"
 
 import bpy
 
-from nim_addon.cycles.render import quiet
+from nim_addon.base.streams import quiet
 from nim_addon.scenes import SCENES, scene_type
 
 folder = Path(__file__).resolve().parent

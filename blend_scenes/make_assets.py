@@ -18,8 +18,8 @@ os.environ["HOME"] = "/"
 import bpy
 import numpy as np
 
+from nim_addon.base.streams import quiet
 from nim_addon.cycles.material import interface_group, interface_material
-from nim_addon.cycles.render import quiet
 from nim_addon.physics import MEDIA
 from nim_addon.scenes import shapes, sphere, surfaces
 from nim_addon.scenes.stage import Stage

@@ -39,7 +39,7 @@ def empty_file():
     """Blender with nothing in the file but one scene."""
     import bpy
 
-    from nim_addon.cycles.render import quiet
+    from nim_addon.base.streams import quiet
 
     with quiet():
         bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
@@ -50,7 +50,7 @@ def default_file():
     """Blender as it starts for a person: a cube, a lamp, a camera, a world."""
     import bpy
 
-    from nim_addon.cycles.render import quiet
+    from nim_addon.base.streams import quiet
 
     with quiet():
         bpy.ops.wm.read_homefile(use_factory_startup=True)
@@ -62,7 +62,7 @@ def render(tmp_path):
     import bpy
     import OpenImageIO as oiio
 
-    from nim_addon.cycles.render import quiet
+    from nim_addon.base.streams import quiet
 
     def picture(scene):
         file = tmp_path / "picture.exr"

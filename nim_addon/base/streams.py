@@ -1,16 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The streams that the command talks through: closed, full, or read by nobody, they never break what it does."""
+"""The standard streams: closed, full, or read by nobody, they never break what the command does; and kept quiet."""
 
+from __future__ import annotations
+
+import contextlib
 import io
 import os
 import select
 import sys
+import tempfile
+from collections.abc import Callable, Iterator
 
 
 class _Stream(io.FileIO):
     """A stream that takes all that is written to it; what it could not pass on is told once, by close()."""
 
-    failure = None  # the last OSError of any of them
+    failure: OSError | None = None  # the last OSError of any of them
 
     def write(self, data):
         try:
@@ -24,7 +29,7 @@ class _Stream(io.FileIO):
             return len(data)
 
 
-def prepare():
+def prepare() -> None:
     """Make the three standard streams of this process fit to be used, whatever it was started with."""
     for number in range(3):
         try:
@@ -42,7 +47,7 @@ def prepare():
         setattr(sys, name, opened(number, former.encoding if former else "utf-8"))
 
 
-def opened(number, encoding="utf-8"):
+def opened(number: int, encoding: str = "utf-8") -> io.TextIOWrapper:
     """A text stream that writes to an open file descriptor, and closes it with itself if it is no standard one.
 
     It raises neither OSError nor UnicodeError: what its encoding lacks is written like \\xe9.
@@ -52,9 +57,25 @@ def opened(number, encoding="utf-8"):
     return io.TextIOWrapper(io.BufferedWriter(raw), encoding=encoding, errors="backslashreplace", line_buffering=eager)
 
 
-def close():
+def close() -> str | None:
     """Pass on what is still to be said; returns a sentence where some of it was lost, else None."""
     for stream in filter(None, (sys.stdout, sys.stderr)):
         stream.flush()
     failure = _Stream.failure
     return failure and f"not all that there was to say could be written: {os.strerror(failure.errno)}."
+
+
+@contextlib.contextmanager
+def quiet(descriptor: int = 1) -> Iterator[Callable[[], str]]:
+    """Keep what a library prints on standard output (1) or error (2) away from ours; yields a function to read it."""
+    sys.stdout.flush()
+    # in memory, where that can be: the folder for temporary files may be full
+    memory = hasattr(os, "memfd_create")
+    with os.fdopen(os.memfd_create("log"), "w+b") if memory else tempfile.TemporaryFile() as log:
+        kept = os.dup(descriptor)
+        os.dup2(log.fileno(), descriptor)
+        try:
+            yield lambda: (log.seek(0), log.read().decode(errors="replace"))[1]
+        finally:
+            os.dup2(kept, descriptor)
+            os.close(kept)

@@ -5,8 +5,6 @@ import contextlib
 import json
 import os
 import re
-import sys
-import tempfile
 from pathlib import Path
 
 import bpy
@@ -15,26 +13,11 @@ import numpy as np
 from ..base import records
 from ..base.files import files_to, is_full, temporary
 from ..base.signals import step
+from ..base.streams import quiet
 
 # The attribute of our images that holds, as JSON, everything that made them.
 ATTRIBUTE = "nimray"
 WIDEST = 1 << 20  # pixels, of an image that can be ours
-
-
-@contextlib.contextmanager
-def quiet(descriptor=1):
-    """Keep what a library prints on standard output (1) or error (2) away from ours; yields a function to read it."""
-    sys.stdout.flush()
-    # in memory, where that can be: the folder for temporary files may be full
-    memory = hasattr(os, "memfd_create")
-    with os.fdopen(os.memfd_create("log"), "w+b") if memory else tempfile.TemporaryFile() as log:
-        kept = os.dup(descriptor)
-        os.dup2(log.fileno(), descriptor)
-        try:
-            yield lambda: (log.seek(0), log.read().decode(errors="replace"))[1]
-        finally:
-            os.dup2(kept, descriptor)
-            os.close(kept)
 
 
 @contextlib.contextmanager

@@ -196,7 +196,7 @@ def test_an_index_of_zero_changes_nothing(cube, press):
 
 
 def test_linked_objects_are_named_and_the_others_done(cube, press, tmp_path):
-    from nim_addon.cycles.render import quiet
+    from nim_addon.base.streams import quiet
 
     library = str(tmp_path / "library.blend")
     mesh = bpy.data.meshes.new("Faceless")
@@ -218,7 +218,7 @@ def test_linked_objects_are_named_and_the_others_done(cube, press, tmp_path):
 
 
 def test_it_survives_saving(cube, press, tmp_path):
-    from nim_addon.cycles.render import quiet
+    from nim_addon.base.streams import quiet
 
     press("nim.convert")
     file = str(tmp_path / "saved.blend")

@@ -19,7 +19,8 @@ import bpy
 import numpy as np
 
 from nim_addon.base.streams import quiet
-from nim_addon.cycles.material import interface_group, interface_material
+from nim_addon.cycles.closures import INTERFACE
+from nim_addon.cycles.material import interface_material
 from nim_addon.physics import MEDIA
 from nim_addon.scenes import shapes, sphere, surfaces
 from nim_addon.scenes.stage import Stage
@@ -128,7 +129,7 @@ def main(folder):
         made.append(material)
     stage.scene.cycles.samples = SAMPLES
     material = bpy.data.materials["NIM -1.5"]
-    group = interface_group("nodes")
+    group = INTERFACE.group("nodes")
     what = "An interface between two media of any index and permeability, in Blender's own nodes"
     ball.data.materials[0] = material
     bpy.data.objects["Ground"].data.materials[0] = surfaces.checker("Paper", (0.9, 0.9, 0.9), (0.05, 0.2, 0.35), 0.4)

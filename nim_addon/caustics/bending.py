@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 import bpy
 
-from ..cycles.material import MARK, fill_group, interface_of
+from ..cycles.closures import INTERFACE
+from ..cycles.material import interface_of
 from ..cycles.nodes import Nodes, empty_tree
 from ..cycles.object_values import attributes_of, carry
 from ..cycles.visibility import asked, has_nodes, is_interface, value_of
@@ -157,8 +158,7 @@ class Bending:
     def _optics(self):
         """The group of the interface in Blender's nodes, with switches for its tint and for what crossings count."""
         group = bpy.data.node_groups.new("NIM photons", "ShaderNodeTree")
-        fill_group(group, "nodes")
-        del group[MARK]  # no material of the file is to take it
+        INTERFACE.build(group, "nodes")
         item = group.interface.new_socket(THROUGH, in_out="INPUT", socket_type="NodeSocketColor")
         item.default_value = (1.0, 1.0, 1.0, 1.0)
         named = {node.label: node for node in group.nodes}

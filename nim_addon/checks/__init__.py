@@ -4,7 +4,9 @@
 import bpy
 
 from ..cycles import settings, visibility
-from ..cycles.material import asked_interfaces, backend_of, device_runs_osl, interface_group, osl_available
+from ..cycles.closures import INTERFACE
+from ..cycles.closures.backends import device_runs_osl, osl_available
+from ..cycles.material import asked_interfaces
 from ..cycles.problem import Problem
 from . import mesh_checks, ray_checks, value_checks
 from .sight import look
@@ -29,7 +31,7 @@ def backends(materials):
     """Names of the interface materials by the backend of their nodes: {"osl": names, "nodes": names}."""
     names = {}
     for material in materials:
-        for kind in {backend_of(one.node.node_tree) for one in asked_interfaces(material)}:
+        for kind in {INTERFACE.backend_of(one.node.node_tree) for one in asked_interfaces(material)}:
             names.setdefault(kind, []).append(material.name)
     return {kind: tuple(sorted(those)) for kind, those in names.items()}
 
@@ -107,7 +109,7 @@ def mend(scene, code=None):
 def _use_nodes(scene, problem):
     for name in problem.materials:
         for node, _ in asked_interfaces(bpy.data.materials[name]):
-            node.node_tree = interface_group("nodes")
+            node.node_tree = INTERFACE.group("nodes")
 
 
 def _use_cycles(scene, problem):

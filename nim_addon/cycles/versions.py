@@ -1,51 +1,55 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Node groups of earlier versions, brought up to date in place: every material keeps its values and links."""
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import bpy
 
-from . import material, script_node
-from .visibility import is_marked
+from .closures import Closure, backends, closure_of, version_of
 
 
 class Update(NamedTuple):
     """What update() did: the names of the groups it brought up to date, and a sentence on each that it left alone."""
 
-    updated: list
-    left_alone: list
+    updated: list[str]
+    left_alone: list[str]
 
 
-def outdated():
-    """The interface groups of this file, linked ones too, that are of another version or not whole; a list."""
-    return [group for group in bpy.data.node_groups if is_marked(group) and not material.is_present(group)]
+def outdated() -> list[bpy.types.NodeTree]:
+    """The closures' groups of this file, linked ones too, that are of another version or not whole."""
+    return [group for group, _ in _outdated()]
 
 
-def update():
-    """Bring every interface group of this file up to date; returns an Update.
+def _outdated():
+    ours = [(group, closure_of(group)) for group in bpy.data.node_groups]
+    return [(group, closure) for group, closure in ours if closure and not closure.is_present(group)]
+
+
+def update() -> Update:
+    """Bring every closure's group of this file up to date.
 
     Left alone, with a sentence, is what cannot be changed here: a group linked from a library, one of a later version,
     and one whose shader has to be compiled in a Blender without OSL. Nothing is compiled unless the shader changed.
     """
     answer = Update([], [])
-    for group in outdated():
-        reason = _hindrance(group)
+    for group, closure in _outdated():
+        reason = _hindrance(group, closure)
         if reason:
             answer.left_alone.append(f"{group.name} {reason}")
         else:
-            material.refill(group)
+            closure.refill(group)
             answer.updated.append(group.name)
     return answer
 
 
-def _hindrance(group):
+def _hindrance(group: bpy.types.NodeTree, closure: Closure) -> str | None:
     """Why a group cannot be brought up to date here, or None."""
     if group.library:
         return f"is linked from {bpy.path.basename(group.library.filepath)}: open that file, and save it."
-    if material.version_of(group) > material.VERSION:
+    if version_of(group) > closure.version:
         return "was made by a later version of NIM for Blender: install that one to change it."
-    if material.backend_of(group) == "osl" and not material.osl_available():
-        script = material.script_of(group)
-        if not (script and script.script and script.script.as_string() == script_node.shader_source()):
-            return "holds an earlier shader, which only a Blender with OSL can compile: open the file there."
+    if closure.backend_of(group) == "osl" and not backends.osl_available() and closure.needs_compiling(group):
+        return "holds an earlier shader, which only a Blender with OSL can compile: open the file there."
     return None

@@ -12,13 +12,12 @@ from typing import NamedTuple
 import bpy
 import mathutils
 
+from .closures import INTERFACE
 from .nodes import uses_nodes
 
 OWNER = "nim_caustics"  # marks what a bake (caustics.Bake) put into the scene
 HIDDEN = "nim_caustics_hidden"  # and what it put a copy in the place of
 PATHS = "nim_light_paths"  # of the curves that show light paths (ui.light_paths), which neither light nor shade
-INTERFACE = "nim_interface"  # the custom property of the node groups that are interfaces (material.MARK)
-NUMBERS = tuple(f"{kind} {side}" for kind in ("Index", "Permeability") for side in ("Inside", "Outside"))
 
 
 class Shown(NamedTuple):
@@ -208,21 +207,15 @@ def has_nodes(material):
     return material is not None and uses_nodes(material)
 
 
-def is_marked(tree: bpy.types.NodeTree | None) -> bool:
-    """Whether a node tree is a shader's and says that it is the shared group of an interface, whole or not."""
-    # 1 is the mark of the first version
-    return tree is not None and tree.bl_idname == "ShaderNodeTree" and tree.get(INTERFACE) in ("osl", "nodes", 1)
-
-
 def is_interface(node: bpy.types.Node) -> bool:
     """Whether a node is an interface of ours: it holds a marked group, and the numbers that describe one."""
-    return node.type == "GROUP" and is_marked(node.node_tree) and all(name in node.inputs for name in NUMBERS)
+    return INTERFACE.is_node(node)
 
 
 def asked(material: bpy.types.Material | None, socket: str = "Surface") -> list[Asked]:
     """The nodes that a render asks, those within groups too: linked, in the end, to that socket of the output.
 
-    Reroutes and muted nodes are followed and not named; an interface (material.MARK) is named, its inner nodes are not.
+    Reroutes and muted nodes are followed and not named; an interface is named, its inner nodes are not.
     """
     output = material.node_tree.get_output_node("CYCLES") if has_nodes(material) else None
     found, queue, seen = {}, [(output.inputs[socket], ())] if output else [], set()

@@ -14,7 +14,8 @@ import numpy as np
 from .. import caustics
 from ..base.files import check_targets, files_to, sweep, writable_folder
 from ..base.version import VERSION
-from ..cycles import render, script_node
+from ..cycles import render
+from ..cycles.closures import INTERFACE
 from ..cycles.material import resolve
 from ..renders import montage
 from ..scenes import scene_type
@@ -137,7 +138,7 @@ def _plain(value):
 def _code(*parts):
     """A mark of the code in some folders of PACKAGE: an image that other code made is rendered again."""
     text = [file.read_bytes() for part in parts for file in sorted((PACKAGE / part).glob("*.py"))]
-    return hashlib.sha256(b"".join([*text, script_node.shader_source().encode()])).hexdigest()[:16]
+    return hashlib.sha256(b"".join([*text, INTERFACE.source().encode()])).hexdigest()[:16]
 
 
 def _change(function):

@@ -7,8 +7,8 @@ import bpy
 from bpy.app.translations import pgettext_rpt
 from bpy_extras.object_utils import object_data_add
 
+from ..cycles.closures import INTERFACE
 from ..cycles.material import interface_material, interface_node
-from ..cycles.visibility import is_marked
 from ..physics import MEDIA
 from ..scenes import shapes
 from ..scenes.sphere import make_round
@@ -49,7 +49,7 @@ class NIM_OT_add_node(bpy.types.Operator):
         if not tree.is_editable:
             cls.poll_message_set("The node tree is linked from a library: make it local first")
             return False
-        if is_marked(tree):
+        if INTERFACE.is_of(tree):
             cls.poll_message_set("The interface cannot be put into its own group")
             return False
         return True

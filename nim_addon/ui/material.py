@@ -9,8 +9,8 @@ import numpy as np
 from bpy.app.translations import pgettext_iface, pgettext_rpt
 
 from ..cycles.animation import curves_of
+from ..cycles.closures import INTERFACE
 from ..cycles.material import (
-    backend_of,
     interface_nodes,
     interface_of,
     number_of,
@@ -456,7 +456,7 @@ def draw_readings(layout, context, material):
 
 def draw_backend(layout, material):
     """Draw which backend the material has, and the buttons that give it another."""
-    used = backend_of(active_node(material).node_tree)
+    used = INTERFACE.backend_of(active_node(material).node_tree)
     column = layout.column(align=True)
     column.enabled = material.is_editable
     column.label(text="Rendered by")

@@ -9,7 +9,7 @@ import pytest
 
 from nim_addon import command
 from nim_addon.command import blender
-from nim_addon.cycles import material
+from nim_addon.cycles.closures import backends
 from nim_addon.cycles.render import read_metadata
 
 SMALL = ("--size", "32x24", "--samples", "4")
@@ -106,14 +106,14 @@ def test_an_unwritable_folder_fails_with_exit_code_1(capsys, tmp_path):
 @pytest.mark.parametrize("line", (["render", "sphere", "--backend", "osl"], ["verify", "--backend", "osl"]))
 def test_a_blender_without_osl_is_told_so(line, capsys, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(material, "osl_available", lambda: False)
+    monkeypatch.setattr(backends, "osl_available", lambda: False)
     assert command.main(line) == 1
     assert "was built without OSL" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
 
 
 def test_a_blender_without_osl_renders_with_its_own_nodes(capsys, monkeypatch, tmp_path):
-    monkeypatch.setattr(material, "osl_available", lambda: False)
+    monkeypatch.setattr(backends, "osl_available", lambda: False)
     assert command.main(["render", "sphere", *SMALL, "--out", str(tmp_path), "--name", "one", "--quiet"]) == 0
     assert command.main(["info", str(tmp_path / "one.exr"), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["backend"] == "nodes"

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The material: where it sends a ray, that it loses no light, and that a file keeps it whole without this add-on."""
 
+import hashlib
 import math
 import re
 import subprocess
@@ -10,31 +11,24 @@ import bpy
 import numpy as np
 import pytest
 
-from nim_addon.cycles import material as material_module
-from nim_addon.cycles import script_node
+from nim_addon.cycles.closures import INTERFACE, backends
+from nim_addon.cycles.closures.script import bytecode_of, script_of
 from nim_addon.cycles.material import (
     NODE_NAME,
-    SOCKETS,
-    interface_group,
     interface_material,
     interface_node,
     switch_backend,
 )
 from nim_addon.cycles.nodes import Nodes, empty_tree
-from nim_addon.cycles.script_node import TEXT_NAME, shader_source
 from nim_addon.physics import Interface, Medium
 from nim_addon.scenes import shapes, surfaces
 from nim_addon.scenes.sphere import ball
 from nim_addon.scenes.stage import Stage
 
 VACUUM = Medium(1.0)
-
+SHADER = INTERFACE.shader
 
 both_backends = pytest.mark.parametrize("backend", ["osl", "nodes"])
-
-
-def script_of(group):
-    return next(node for node in group.nodes if node.type == "SCRIPT")
 
 
 def small(scene, size, samples):
@@ -84,14 +78,14 @@ def furnace(medium, *, bump=False, inside=False, backend="osl"):
 
 def test_materials_share_one_group_one_text_and_one_bytecode(empty_file):
     a = interface_material("A", Medium(-1.5))
-    bytecode = script_of(interface_group()).bytecode_hash
+    bytecode = script_of(INTERFACE.group()).bytecode_hash
     b = interface_material("A", Medium(1.33), Medium(-2, -3), tint=(0.5, 0.6, 0.7))
     assert (a.name, b.name) == ("A", "A.001")
     assert len(bpy.data.node_groups) == len(bpy.data.texts) == 1
     group = a.node_tree.nodes[NODE_NAME].node_tree
-    assert group == b.node_tree.nodes[NODE_NAME].node_tree == interface_group() == bpy.data.node_groups[NODE_NAME]
-    assert script_of(group).script == bpy.data.texts[TEXT_NAME]
-    assert script_of(group).script.as_string() == shader_source()
+    assert group == b.node_tree.nodes[NODE_NAME].node_tree == INTERFACE.group() == bpy.data.node_groups[NODE_NAME]
+    assert script_of(group).script == bpy.data.texts["nim_interface.osl"]
+    assert script_of(group).script.as_string() == INTERFACE.source()
     assert script_of(group).bytecode_hash == bytecode, "it was compiled again for nothing"
 
 
@@ -104,15 +98,15 @@ def test_media_and_tint_are_on_the_sockets(empty_file):
 
 
 def test_sockets_are_the_shaders_own():
-    bytecode, _ = script_node._compile(shader_source())
+    bytecode = bytecode_of(SHADER, INTERFACE.source())
     line = re.compile(r"^param\t(\w+)\t(\w+)\t([^\t]*?)\s*\t(.*)$", re.MULTILINE)
     found = []
     for kind, identifier, default, rest in line.findall(bytecode):
         meta = dict(re.findall(r"%meta\{\w+,(\w+),([^}]*)\}", rest))
         found.append((identifier, kind, [float(word) for word in default.split()], meta))
-    assert [identifier for identifier, *_ in found] == [socket.identifier for socket in SOCKETS]
+    assert [identifier for identifier, *_ in found] == [socket.identifier for socket in INTERFACE.sockets]
     types = {"float": "NodeSocketFloat", "color": "NodeSocketColor", "normal": "NodeSocketVector"}
-    for socket, (_, kind, default, meta) in zip(SOCKETS, found, strict=True):
+    for socket, (_, kind, default, meta) in zip(INTERFACE.sockets, found, strict=True):
         assert types[kind] == socket.type
         assert meta["label"] == f'"{socket.name}"'
         assert meta["help"] == f'"{socket.description}"'
@@ -121,48 +115,49 @@ def test_sockets_are_the_shaders_own():
 
 
 def test_group_sockets_carry_ranges_descriptions_and_defaults(empty_file):
-    group = interface_group()
+    group = INTERFACE.group()
     items = [item for item in group.interface.items_tree if item.in_out == "INPUT"]
-    assert [item.name for item in items] == [socket.name for socket in SOCKETS]
-    for item, socket in zip(items, SOCKETS, strict=True):
+    assert [item.name for item in items] == [socket.name for socket in INTERFACE.sockets]
+    for item, socket in zip(items, INTERFACE.sockets, strict=True):
         assert item.socket_type == socket.type and item.description == socket.description
         assert np.allclose(item.default_value, socket.default)
         if socket.min is not None:
             assert (item.min_value, item.max_value) == (socket.min, socket.max)
     # from the group's socket to the shader's parameter of the same meaning
     by_identifier = {socket.identifier: socket for socket in script_of(group).inputs}
-    for socket in SOCKETS:
+    for socket in INTERFACE.sockets:
         (link,) = by_identifier[socket.identifier].links
         assert link.from_node.type == "GROUP_INPUT" and link.from_socket.name == socket.name
 
 
 def test_the_engine_is_put_back(empty_file):
     bpy.context.scene.render.engine = "CYCLES"
-    interface_group()
+    INTERFACE.group()
     assert bpy.context.scene.render.engine == "CYCLES"
 
 
 def test_an_outdated_group_is_brought_up_to_date_in_place(empty_file, render):
     scene = furnace(Medium(-1.5))
-    group = interface_group()
+    group = INTERFACE.group()
     script, text = script_of(group), script_of(group).script
     # an older version of the shader, which lost a quarter of the light
-    older = shader_source().replace("tint *", "0.75 * tint *")
+    older = INTERFACE.source().replace("tint *", "0.75 * tint *")
     text.from_string(older)
-    script.bytecode, script.bytecode_hash = script_node._compile(older)
+    script.bytecode = bytecode_of(SHADER, older)
+    script.bytecode_hash = hashlib.md5(script.bytecode.encode()).hexdigest()
     assert render(scene).mean() < 0.95
 
-    assert interface_group() == group and script_of(group) == script and script.script == text
-    assert text.as_string() == shader_source()
+    assert INTERFACE.group() == group and script_of(group) == script and script.script == text
+    assert text.as_string() == INTERFACE.source()
     assert len(bpy.data.node_groups) == len(bpy.data.texts) == 1
     assert render(scene).mean() == pytest.approx(1, abs=1e-3)
 
 
 def test_the_file_holds_nothing_of_the_machine_it_was_made_on(empty_file):
     # oslc writes its options, and in them the folders of whoever compiled, into a comment
-    bytecode = script_of(interface_group()).bytecode
+    bytecode = script_of(INTERFACE.group()).bytecode
     assert sys.prefix not in bytecode and "/tmp" not in bytecode
-    assert script_node._compile(shader_source()) == script_node._compile(shader_source())
+    assert bytecode_of(SHADER, INTERFACE.source()) == bytecode_of(SHADER, INTERFACE.source())
 
 
 def test_unknown_backend(empty_file, one_sentence):
@@ -202,7 +197,7 @@ def test_a_node_of_what_is_no_medium_is_refused_and_leaves_nothing(empty_file, o
 
 
 def test_blender_without_osl(empty_file, monkeypatch, one_sentence):
-    monkeypatch.setattr(material_module, "osl_available", lambda: False)
+    monkeypatch.setattr(backends, "osl_available", lambda: False)
     with pytest.raises(RuntimeError) as caught:
         interface_material("A", Medium(-1.5), backend="osl")
     one_sentence(str(caught.value).replace(bpy.app.version_string, "4.x"), "without OSL", "blender.org")
@@ -245,7 +240,7 @@ bpy.ops.render.render(write_still=True)
 
 def test_groups_of_both_backends_have_the_same_sockets(empty_file):
     def sockets(backend):
-        items = interface_group(backend).interface.items_tree
+        items = INTERFACE.group(backend).interface.items_tree
         keys = ("name", "identifier", "socket_type", "description", "hide_value", "min_value", "max_value")
         return [[getattr(item, key, None) for key in keys] + [str(getattr(item, "default_value", 0))] for item in items]
 
@@ -278,7 +273,7 @@ def test_switching_keeps_values_links_and_keyframes(empty_file):
     assert -2 < before[0][0] < -1.33 and before[2][0] == pytest.approx(1.06)
     for backend in ("nodes", "osl", "nodes"):
         assert switch_backend(material, backend) == 1
-        assert node.node_tree == interface_group(backend)
+        assert node.node_tree == INTERFACE.group(backend)
         assert values() == before
         assert node.inputs["Permeability Inside"].links[0].from_node == noise
         assert node.outputs["BSDF"].links[0].to_node.type == "OUTPUT_MATERIAL"

@@ -7,7 +7,8 @@ import bpy
 import numpy as np
 import pytest
 
-from nim_addon.cycles import script_node, verify
+from nim_addon.cycles import verify
+from nim_addon.cycles.closures import INTERFACE, script
 
 
 @pytest.fixture(scope="module", params=["osl", "nodes"])
@@ -67,8 +68,8 @@ def test_summary_is_json(checks):
     ],
 )
 def test_a_wrong_closure_fails(monkeypatch, right, wrong, caught):
-    source = script_node.shader_source()
+    source = INTERFACE.source()
     assert right in source
-    monkeypatch.setattr(script_node, "shader_source", lambda: source.replace(right, wrong))
+    monkeypatch.setattr(script, "source", lambda shader: source.replace(right, wrong))
     checks = verify._measure_angle(60.0, "osl")
     assert caught in {check.what for check in checks if not check.passed}

@@ -15,8 +15,10 @@ from pathlib import Path
 import bpy
 import pytest
 
-from nim_addon.cycles import material, script_node, versions
-from nim_addon.cycles.material import interface_material, interface_nodes
+from nim_addon.cycles import versions
+from nim_addon.cycles.closures import INTERFACE, backends, script
+from nim_addon.cycles.closures.closure import VERSION_MARK
+from nim_addon.cycles.material import asked_interfaces, interface_material, interface_nodes
 from nim_addon.physics import Medium
 from nim_addon.scenes.sphere import ball
 from nim_addon.scenes.stage import Stage
@@ -29,10 +31,10 @@ FINGERPRINTS = {"osl": "66c58f71c1642c50", "nodes": "8de0b5c345a13ede"}
 @pytest.fixture
 def compiled(monkeypatch):
     """The list of shader sources compiled so far."""
-    sources = []
-    compiler = script_node._compile
-    monkeypatch.setattr(script_node, "_compile", lambda source: sources.append(source) or compiler(source))
-    return sources
+    texts = []
+    compiler = script.bytecode_of
+    monkeypatch.setattr(script, "bytecode_of", lambda shader, text: texts.append(text) or compiler(shader, text))
+    return texts
 
 
 @pytest.fixture
@@ -61,7 +63,7 @@ def fingerprint(group):
         return [f"{x:.6g}" for x in held] if hasattr(held, "__len__") else None if held is None else f"{held:.6g}"
 
     facts = [
-        [[s.identifier, s.name, s.type, str(s.default), s.min, s.max] for s in material.SOCKETS],
+        [[s.identifier, s.name, s.type, str(s.default), s.min, s.max] for s in INTERFACE.sockets],
         [
             [node.bl_idname, getattr(node, "operation", ""), getattr(node, "data_type", ""),
              getattr(node, "distribution", ""), [value(socket) for socket in node.inputs if not socket.is_linked]]
@@ -74,19 +76,19 @@ def fingerprint(group):
             for link in group.links
         ),
     ]  # fmt: skip
-    if group[material.MARK] == "osl":
-        facts = [facts[0], script_node.shader_source()]
+    if group[INTERFACE.shader] == "osl":
+        facts = [facts[0], INTERFACE.source()]
     return hashlib.sha256(json.dumps(facts).encode()).hexdigest()[:16]
 
 
 @pytest.mark.parametrize("backend", ["osl", "nodes"])
 def test_a_changed_group_has_a_new_version(empty_file, backend):
-    group = material.interface_group(backend)
-    assert group[material.VERSION_MARK] == material.VERSION
+    group = INTERFACE.group(backend)
+    assert group[VERSION_MARK] == INTERFACE.version
     if bpy.app.version[:2] != (4, 5):
         pytest.skip("Blender's own nodes have other sockets in each version: the fingerprint is of those of 4.5")
     assert fingerprint(group) == FINGERPRINTS[backend], (
-        "the group is not what it was: raise VERSION in cycles/material.py, so that older files are brought up to "
+        "the group is not what it was: raise its version in cycles/closures/interface.py, so that older files are brought up to "
         "date, run build.py blends, and put the new fingerprint here"
     )
 
@@ -100,12 +102,12 @@ def test_an_earlier_file_is_brought_up_to_date(earlier, compiled):
     assert not done.left_alone
     assert {name: (values(interface_nodes(one)[0]), links(one)) for name, one in earlier.items()} == before
     for backend in ("osl", "nodes"):
-        group = next(g for g in bpy.data.node_groups if g.get(material.MARK) == backend)
-        fresh = material._new_group(backend)
+        group = next(g for g in bpy.data.node_groups if g.get(INTERFACE.shader) == backend)
+        fresh = INTERFACE.new_group(backend)
         assert [n.bl_idname for n in group.nodes] == [n.bl_idname for n in fresh.nodes]
         assert len(group.links) == len(fresh.links)
         assert [i.name for i in group.interface.items_tree] == [i.name for i in fresh.interface.items_tree]
-    assert compiled == [script_node.shader_source()]
+    assert compiled == [INTERFACE.source()]
     assert not versions.outdated()
     assert versions.update() == ([], [])
     assert len(compiled) == 1
@@ -116,7 +118,7 @@ def test_an_earlier_file_is_brought_up_to_date(earlier, compiled):
     bpy.context.scene.frame_set(6)
     assert interface_nodes(earlier["Linked"])[0].inputs["Permeability Inside"].default_value == pytest.approx(-4)
     # and what is made from now on uses the same group
-    assert material.interface_group("osl") == interface_nodes(earlier["First"])[0].node_tree
+    assert INTERFACE.group("osl") == interface_nodes(earlier["First"])[0].node_tree
 
 
 def test_what_is_brought_up_to_date_renders_the_same(earlier, render):
@@ -147,12 +149,12 @@ def test_a_socket_that_is_new_comes_where_it_belongs(empty_file, backend, compil
     tree = group.interface.items_tree
     group.interface.remove(next(i for i in tree if i.name == "Permeability Outside"))
     group.interface.move(next(i for i in tree if i.name == "Normal"), 1)
-    del group[material.VERSION_MARK]
+    del group[VERSION_MARK]
     known, before = values(node), len(compiled)
     assert "Permeability Outside" not in known
     versions.update()
     now = values(node)
-    assert [socket.name for socket in node.inputs] == [socket.name for socket in material.SOCKETS]
+    assert [socket.name for socket in node.inputs] == [socket.name for socket in INTERFACE.sockets]
     assert now.pop("Permeability Outside") == 1.0
     assert now == known
     assert len(compiled) == before, "the shader is the same"
@@ -165,19 +167,19 @@ def test_a_linked_group_is_left_alone_with_a_reason(data, empty_file, one_senten
     assert not done.updated
     one_sentence(done.left_alone[0], "NIM Interface (nodes)", "earlier_version.blend")
     # but linking one does not keep an own one from being made
-    assert material.interface_group("nodes").library is None
+    assert INTERFACE.group("nodes").library is None
 
 
 def test_a_group_of_a_later_version_is_left_alone(empty_file, one_sentence):
-    group = material.interface_group("nodes")
-    group[material.VERSION_MARK] = material.VERSION + 1
+    group = INTERFACE.group("nodes")
+    group[VERSION_MARK] = INTERFACE.version + 1
     done = versions.update()
     assert not done.updated
     one_sentence(done.left_alone[0], "later version")
 
 
 def test_without_osl_an_earlier_shader_is_left_for_a_blender_that_has_it(earlier, monkeypatch, one_sentence):
-    monkeypatch.setattr(material, "osl_available", lambda: False)
+    monkeypatch.setattr(backends, "osl_available", lambda: False)
     done = versions.update()
     assert done.updated == ["NIM Interface (nodes)"]
     one_sentence(done.left_alone[0], "OSL")
@@ -192,9 +194,9 @@ def test_without_osl_an_earlier_shader_is_left_for_a_blender_that_has_it(earlier
 def test_a_version_that_is_none_is_an_earlier_one(version, backend, empty_file):
     node = interface_nodes(interface_material("Sphere", Medium(-1.33, -10.0), backend=backend))[0]
     known = values(node)
-    node.node_tree[material.VERSION_MARK] = version
-    assert versions.update().updated == [material.GROUP_NAMES[backend]]
-    assert node.node_tree[material.VERSION_MARK] == material.VERSION and values(node) == known
+    node.node_tree[VERSION_MARK] = version
+    assert versions.update().updated == [INTERFACE.group_name(backend)]
+    assert node.node_tree[VERSION_MARK] == INTERFACE.version and values(node) == known
 
 
 @pytest.mark.parametrize("backend", ["osl", "nodes"])
@@ -213,18 +215,18 @@ def test_a_group_that_was_emptied_is_filled_again(by, what, backend, empty_file,
         group.interface.remove(next(i for i in group.interface.items_tree if i.name == "Index Inside"))
         group.interface.new_socket("Index Inside", in_out="INPUT", socket_type="NodeSocketColor")
     if what in ("sockets", "all"):  # and until then it is no interface, of which anything would ask its numbers
-        assert not interface_nodes(one) and not material.asked_interfaces(one)
+        assert not interface_nodes(one) and not asked_interfaces(one)
     if by == "opening":
-        assert versions.update().updated == [material.GROUP_NAMES[backend]]
+        assert versions.update().updated == [INTERFACE.group_name(backend)]
     interface_material("Another", Medium(1.33), backend=backend)
     assert len(bpy.data.node_groups) == 1 and not versions.outdated()
-    node = one.node_tree.nodes[material.NODE_NAME]
-    assert [socket.name for socket in node.inputs] == [socket.name for socket in material.SOCKETS]
+    node = one.node_tree.nodes[INTERFACE.label]
+    assert [socket.name for socket in node.inputs] == [socket.name for socket in INTERFACE.sockets]
     assert [socket.name for socket in node.outputs] == ["BSDF"]
     assert interface_nodes(one) == [node]
     if what in ("nodes", "links"):
         assert node.inputs["Index Inside"].default_value == -1.5 and node.outputs[0].is_linked
-    fresh = material._new_group(backend)
+    fresh = INTERFACE.new_group(backend)
     assert [n.bl_idname for n in group.nodes] == [n.bl_idname for n in fresh.nodes]
     assert len(group.links) == len(fresh.links)
 
@@ -232,30 +234,30 @@ def test_a_group_that_was_emptied_is_filled_again(by, what, backend, empty_file,
 @pytest.mark.parametrize("mark", ["osl", "nodes", 1, "other", [1, 2]])
 def test_our_mark_on_what_is_no_shader_says_nothing(mark, empty_file):
     tree = bpy.data.node_groups.new("Of geometry", "GeometryNodeTree")
-    tree[material.MARK], tree[material.VERSION_MARK] = mark, "x"
+    tree[INTERFACE.shader], tree[VERSION_MARK] = mark, "x"
     assert versions.update() == ([], []) and not versions.outdated()
     for backend in ("osl", "nodes"):
         one = interface_material("Sphere", Medium(-1.5), backend=backend)
         assert interface_nodes(one)[0].node_tree != tree
-    assert len(tree.nodes) == 0 and tree[material.VERSION_MARK] == "x"
+    assert len(tree.nodes) == 0 and tree[VERSION_MARK] == "x"
 
 
 def test_a_mark_that_is_not_ours_says_nothing(empty_file):
     tree = bpy.data.node_groups.new("A person's own", "ShaderNodeTree")
     for mark in ("other", [1, 2], {"a": 1}):
-        tree[material.MARK] = mark
+        tree[INTERFACE.shader] = mark
         assert not versions.outdated()
         holder = interface_material("Sphere", Medium(-1.5), backend="nodes")
-        holder.node_tree.nodes[material.NODE_NAME].node_tree = tree
-        assert not interface_nodes(holder) and not material.asked_interfaces(holder)
+        holder.node_tree.nodes[INTERFACE.label].node_tree = tree
+        assert not interface_nodes(holder) and not asked_interfaces(holder)
 
 
 def test_beside_a_group_of_a_later_version_one_of_this_is_made(empty_file):
-    later = material.interface_group("nodes")
-    later[material.VERSION_MARK] = material.VERSION + 1
-    own = material.interface_group("nodes")
-    assert own != later and own[material.VERSION_MARK] == material.VERSION
-    assert material.interface_group("nodes") == own
+    later = INTERFACE.group("nodes")
+    later[VERSION_MARK] = INTERFACE.version + 1
+    own = INTERFACE.group("nodes")
+    assert own != later and own[VERSION_MARK] == INTERFACE.version
+    assert INTERFACE.group("nodes") == own
 
 
 APPENDED = """
@@ -308,10 +310,11 @@ bpy.ops.wm.save_as_mainfile(filepath=sys.argv[1])
 OPENED_IN_ANOTHER = """
 import sys, bpy, addon_utils
 addon_utils.enable("nim_addon", default_set=True)
-from nim_addon.cycles import script_node, versions
-def compile(source):
+from nim_addon.cycles import versions
+from nim_addon.cycles.closures import script
+def compile(shader, text):
     raise AssertionError("compiled on load")
-script_node._compile = compile
+script.bytecode_of = compile
 bpy.ops.wm.open_mainfile(filepath=sys.argv[1])
 assert not versions.outdated()
 for backend in ("osl", "nodes"):

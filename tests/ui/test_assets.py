@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 import pytest
 
-from nim_addon.cycles import material
+from nim_addon.cycles.closures import INTERFACE, version_of
 from nim_addon.cycles.material import interface_nodes, interface_of
 from nim_addon.physics import MEDIA
 from nim_addon.scenes.sphere import ball
@@ -62,9 +62,9 @@ def test_every_asset_has_catalog_description_tags_and_preview(stored):
 
 def test_the_library_is_small_and_of_the_present_version(stored):
     assert FILE.stat().st_size < 1_000_000
-    groups = [group for group in bpy.data.node_groups if group.get(material.MARK)]
+    groups = [group for group in bpy.data.node_groups if INTERFACE.is_of(group)]
     assert [group.name for group in groups] == ["NIM Interface (nodes)"]
-    assert groups[0][material.VERSION_MARK] == material.VERSION, "run python3 build.py blends"
+    assert version_of(groups[0]) == INTERFACE.version, "run python3 build.py blends"
 
 
 def test_the_materials_are_the_media(stored):

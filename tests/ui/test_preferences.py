@@ -8,7 +8,7 @@ import bpy
 import pytest
 
 import nim_addon
-from nim_addon.cycles import material
+from nim_addon.cycles.closures import backends
 from nim_addon.ui import preferences
 
 
@@ -56,7 +56,7 @@ def test_settings_without_being_enabled_are_the_defaults(default_file):
 
 
 def test_the_backends_are_those_of_the_material():
-    assert tuple(item[0] for item in preferences.BACKENDS) == material.BACKENDS
+    assert tuple(item[0] for item in preferences.BACKENDS) == backends.BACKENDS
     assert [item[4] for item in preferences.BACKENDS] == [0, 1, 2]
 
 

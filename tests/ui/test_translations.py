@@ -17,7 +17,7 @@ import pytest
 from nim_addon import checks, ui
 from nim_addon.checks import media_checks, mesh_checks, place_checks, ray_checks, value_checks
 from nim_addon.cycles import problem, settings
-from nim_addon.cycles.material import SOCKETS
+from nim_addon.cycles.closures import INTERFACE
 from nim_addon.ui import translations
 
 # The modules whose texts are looked for: what the panels show of the checks is written there.
@@ -79,7 +79,7 @@ def shown_by_blender():
         add_properties(cls.__name__, owner, sorted(names))
     for kind in (bpy.types.Scene, bpy.types.Material, bpy.types.Object):
         add_properties(kind.__name__, kind, [name for name in kind.bl_rna.properties.keys() if name.startswith("nim")])  # noqa: SIM118
-    for socket in SOCKETS:
+    for socket in INTERFACE.sockets:
         add(f"socket {socket.identifier}", socket.name, socket.description)
     return {text: where for text, where in texts.items() if needs_translation(text)}
 

@@ -1,13 +1,74 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The interface in Blender's own nodes: the same optics as osl/nim_interface.osl, for builds and devices without OSL.
+"""The interface between two media: its sockets, and the same optics as osl/nim_interface.osl in Blender's own nodes.
 
-Laid out to be read from left to right, a frame for each equation. What depends on the sockets alone Cycles works out
-once, before it renders, as long as nothing is linked to them; and where the signs differ it drops the refraction.
+The nodes are laid out to be read from left to right, a frame for each equation. What depends on the sockets alone Cycles
+works out once, before it renders, as long as nothing is linked to them; and where the signs differ it drops the refraction.
 """
 
 import bpy
 
+from .closure import Closure, Socket
+
 GLIDE = 1e-3  # as in nim_interface.osl
+
+# The same labels, ranges and texts as the shader's metadata (a test holds them together).
+SOCKETS = (
+    Socket(
+        "n_inside",
+        "Index Inside",
+        "NodeSocketFloat",
+        -1.5,
+        -10.0,
+        10.0,
+        "Refractive index behind the faces; negative for a negative-index material",
+    ),
+    Socket(
+        "mu_inside",
+        "Permeability Inside",
+        "NodeSocketFloat",
+        -1.0,
+        -100.0,
+        100.0,
+        "Relative permeability behind the faces; its sign is that of the index and does not count here",
+    ),
+    Socket(
+        "n_outside",
+        "Index Outside",
+        "NodeSocketFloat",
+        1.0,
+        -10.0,
+        10.0,
+        "Refractive index on the side the normals point to",
+    ),
+    Socket(
+        "mu_outside",
+        "Permeability Outside",
+        "NodeSocketFloat",
+        1.0,
+        -100.0,
+        100.0,
+        "Relative permeability on the side the normals point to; its sign does not count here",
+    ),
+    Socket(
+        "tint",
+        "Tint",
+        "NodeSocketColor",
+        (1.0, 1.0, 1.0, 1.0),
+        None,
+        None,
+        "Factor on all light that meets the interface; white loses nothing",
+    ),
+    Socket(
+        "shading_normal",
+        "Normal",
+        "NodeSocketVector",
+        (0.0, 0.0, 0.0),
+        None,
+        None,
+        "Normal of the interface, from a bump or normal map; the surface's own where nothing is linked",
+        hide_value=True,
+    ),
+)
 
 
 class _Frame:
@@ -70,11 +131,8 @@ class _Frame:
         return next(socket for socket in node.outputs if socket.identifier == f"Result_{kind}")
 
 
-def fill(tree, sockets):
-    """Build the optics in the empty group `tree`, whose interface has the sockets of material.SOCKETS.
-
-    sockets: their names by identifier
-    """
+def _twin(tree, sockets):
+    """Build the optics in the empty group `tree`, whose interface has SOCKETS; sockets: their names by identifier."""
 
     def entry(left, top, *identifiers):
         """Outputs of a Group Input of its own, near its use, that shows these sockets only."""
@@ -192,3 +250,14 @@ def fill(tree, sockets):
     leave = tree.nodes.new("NodeGroupOutput")
     leave.location = (glass_frame.right, -420)
     tree.links.new(either.outputs[0], leave.inputs[0])
+
+
+INTERFACE = Closure(
+    shader="nim_interface",
+    label="NIM Interface",
+    sockets=SOCKETS,
+    # raise it with every change to SOCKETS, to the twin or to nim_interface.osl
+    version=2,
+    twin=_twin,
+    heart="BSDF_RAY_PORTAL",
+)

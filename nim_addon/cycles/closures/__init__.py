@@ -1,0 +1,21 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The closures: how a surface bends light, each as a shader in OSL and as the same formulas in Blender's own nodes.
+
+A closure is a file in osl/, a file here with its sockets and its twin in nodes, and its name in CLOSURES.
+"""
+
+from __future__ import annotations
+
+import bpy
+
+from .closure import Closure, Socket, version_of
+from .interface import INTERFACE
+
+__all__ = ["CLOSURES", "INTERFACE", "Closure", "Socket", "closure_of", "version_of"]
+
+CLOSURES = (INTERFACE,)
+
+
+def closure_of(tree: bpy.types.NodeTree | None) -> Closure | None:
+    """The closure whose shared group a node tree says that it is, whole or not; None where it says nothing."""
+    return next((closure for closure in CLOSURES if closure.is_of(tree)), None)

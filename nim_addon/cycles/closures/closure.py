@@ -1,0 +1,219 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What all closures have in common: a node group whose sockets carry ranges and tooltips, with the optics in OSL or in nodes.
+
+All materials of a file share one group for each backend. It says in custom properties whose it is and which form it was
+filled with, so that files of earlier versions can be brought up to date; materials keep what they set and linked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import bpy
+
+from . import script
+from .backends import resolve
+
+# The custom property that holds which form of sockets and optics a group was filled with; what has none is of the first.
+VERSION_MARK = "nim_version"
+OUTPUT = "BSDF"
+
+
+class Socket(NamedTuple):
+    """An input of the group: `identifier` is the shader's parameter, the rest what a person sees."""
+
+    identifier: str
+    name: str
+    type: str
+    default: Any
+    min: float | None
+    max: float | None
+    description: str
+    hide_value: bool = False  # of what only a link can give
+
+
+@dataclass(frozen=True, eq=False)
+class Closure:
+    """A way in which a surface bends or mirrors light.
+
+    shader:    of osl/, without .osl; the custom property that holds a group's backend has the same name
+    label:     what a person reads on its nodes
+    sockets:   of its groups, with the labels, ranges and texts of the shader's metadata
+    version:   to be raised with every change to the sockets, the shader or the twin: versions.update() mends older files
+    twin:      function(tree, names): builds the same optics in the empty bpy.types.NodeTree of a group, whose inputs have
+               those names by their identifiers; what it returns, build() returns
+    heart:     type of a node without which the twin is not whole
+    """
+
+    shader: str
+    label: str
+    sockets: tuple[Socket, ...]
+    version: int
+    twin: Callable[..., Any]
+    heart: str
+
+    # -------------------------------------------------------------------------------------------- its groups
+
+    def group_name(self, backend: str) -> str:
+        """What a group of that backend, "osl" or "nodes", is called."""
+        return self.label if backend == "osl" else f"{self.label} (nodes)"
+
+    def is_of(self, tree: bpy.types.NodeTree | None) -> bool:
+        """Whether a node tree is a shader's and says that it is a shared group of this closure, whole or not."""
+        # the first version knew no nodes, and marked its groups with a 1
+        return tree is not None and tree.bl_idname == "ShaderNodeTree" and tree.get(self.shader) in ("osl", "nodes", 1)
+
+    def is_node(self, node: bpy.types.Node) -> bool:
+        """Whether a node is one of this closure: it holds a group of it, and the numbers that describe it."""
+        return node.type == "GROUP" and self.is_of(node.node_tree) and self._numbers() <= set(node.inputs.keys())
+
+    def _numbers(self):
+        return {socket.name for socket in self.sockets if socket.type == "NodeSocketFloat"}
+
+    def backend_of(self, group: bpy.types.NodeTree) -> str:
+        """The backend, "osl" or "nodes", of a group that is_of() this closure."""
+        return "nodes" if group[self.shader] == "nodes" else "osl"
+
+    def is_present(self, group: bpy.types.NodeTree) -> bool:
+        """Whether a group that is_of() this closure is of this version, and has the sockets and the optics of it."""
+        sockets = {(item.in_out, item.name): item.socket_type for item in _items(group)}
+        wanted = {("INPUT", socket.name): socket.type for socket in self.sockets} | {
+            ("OUTPUT", OUTPUT): "NodeSocketShader"
+        }
+        heart = "SCRIPT" if self.backend_of(group) == "osl" else self.heart
+        return (
+            version_of(group) == self.version
+            and wanted.items() <= sockets.items()
+            and any(node.type == heart for node in group.nodes)
+            and any(node.type == "GROUP_OUTPUT" and node.inputs[OUTPUT].is_linked for node in group.nodes)
+        )
+
+    def group(self, backend: str = "auto") -> bpy.types.NodeTree:
+        """The node group of that backend in this file, made on first use; every material shares it.
+
+        One that is of an earlier version, or that was emptied, is filled anew in place; one of a later version is not
+        ours to touch, and one is made beside it. Raises as backends.resolve() does.
+        """
+        backend = resolve(backend)
+        ours = (g for g in bpy.data.node_groups if self.is_of(g) and self.backend_of(g) == backend and not g.library)
+        group = next((g for g in ours if version_of(g) <= self.version), None)
+        if group is None:
+            group = self.new_group(backend)
+        elif not self.is_present(group):
+            self.refill(group)
+        if backend == "osl":
+            script.update(group, self.shader, self.source())
+        return group
+
+    def new_group(self, backend: str) -> bpy.types.NodeTree:
+        """A further group of that backend, "osl" or "nodes", whose shader is not compiled yet."""
+        group = bpy.data.node_groups.new(self.group_name(backend), "ShaderNodeTree")
+        self._fill(group, backend)
+        return group
+
+    def refill(self, group: bpy.types.NodeTree) -> None:
+        """Give a group that is_of() this closure its present form; what materials set and linked there stays.
+
+        The shader is compiled only if it is another one. Raises RuntimeError where that cannot be, in a Blender without OSL.
+        """
+        backend = self.backend_of(group)
+        compiled = script.compiled_in(group)
+        had = {(item.name, item.socket_type) for item in _items(group) if item.in_out == "INPUT"}
+        self._fill(group, backend)
+        if backend == "osl":
+            script.restore(group, compiled)
+            script.update(group, self.shader, self.source())
+        # a socket that is new stands at 0 in the nodes that were there before it
+        new = [socket for socket in self.sockets if (socket.name, socket.type) not in had]
+        for node in _users(group) if new else ():
+            for socket in new:
+                node.inputs[socket.name].default_value = socket.default
+
+    def _fill(self, group, backend):
+        group[self.shader], group[VERSION_MARK] = backend, self.version
+        self.build(group, backend)
+
+    def build(self, group: bpy.types.NodeTree, backend: str) -> Any:
+        """Give a node group the sockets and the optics of this closure, without a mark that it is one of its groups.
+
+        Sockets that it has are kept, found by name, and with them what every material set or linked there.
+        Returns what the twin does, or None for "osl".
+        """
+        self._give_sockets(group)
+        group.nodes.clear()
+        if backend == "osl":
+            return script.fill(group, self.shader, self.sockets)
+        return self.twin(group, {socket.identifier: socket.name for socket in self.sockets})
+
+    def _give_sockets(self, group):
+        types = {socket.name: socket.type for socket in self.sockets} | {OUTPUT: "NodeSocketShader"}
+        for item in _items(group):  # another one of that name
+            if types.get(item.name, item.socket_type) != item.socket_type:
+                group.interface.remove(item)
+        kept = {(item.in_out, item.name): item for item in _items(group)}
+        if ("OUTPUT", OUTPUT) not in kept:
+            group.interface.new_socket(OUTPUT, in_out="OUTPUT", socket_type="NodeSocketShader")
+        for place, socket in enumerate(self.sockets, start=1):
+            item = kept.get(("INPUT", socket.name))
+            if item is None:
+                item = group.interface.new_socket(socket.name, in_out="INPUT", socket_type=socket.type)
+            item.description = socket.description
+            item.default_value = socket.default
+            if socket.min is not None:
+                item.min_value, item.max_value = socket.min, socket.max
+            item.hide_value = socket.hide_value
+            if item.index != place:
+                group.interface.move(item, place)
+
+    # -------------------------------------------------------------------------------------------- its shader and its nodes
+
+    def source(self) -> str:
+        """The text of its shader."""
+        return script.source(self.shader)
+
+    def needs_compiling(self, group: bpy.types.NodeTree) -> bool:
+        """Whether a group that is_of() this closure, of the backend "osl", holds another shader than the present one."""
+        node = script.script_of(group)
+        return not (node and node.script and node.script.as_string() == self.source())
+
+    def new_node(self, tree: bpy.types.NodeTree, backend: str = "auto") -> bpy.types.Node:
+        """A new node of this closure in a shader's tree, unlinked. Raises as backends.resolve() does; nothing is made then."""
+        group = self.group(backend)
+        node = tree.nodes.new("ShaderNodeGroup")
+        node.node_tree = group
+        node.name = node.label = self.label
+        node.width = 220
+        return node
+
+    def nodes_of(self, material: bpy.types.Material | None) -> list[bpy.types.Node]:
+        """The nodes of this closure in a material (or None), those of a group within a group not counted."""
+        nodes = material.node_tree.nodes if material and material.node_tree else ()
+        return [node for node in nodes if self.is_node(node)]
+
+    def switch(self, material: bpy.types.Material, backend: str) -> int:
+        """Give every node of this closure in a material the group of another backend; values and links stay.
+
+        Returns how many nodes there were. Raises as backends.resolve() does.
+        """
+        group = self.group(backend)
+        nodes = self.nodes_of(material)
+        for node in nodes:
+            node.node_tree = group
+        return len(nodes)
+
+
+def version_of(group: bpy.types.NodeTree) -> int:
+    """The version of a closure's group; 0 where what stands there is no version."""
+    version = group.get(VERSION_MARK, 1)
+    return version if isinstance(version, int) else 0
+
+
+def _items(group):
+    return [item for item in group.interface.items_tree if item.item_type == "SOCKET"]
+
+
+def _users(group):
+    trees = [*bpy.data.node_groups, *(material.node_tree for material in bpy.data.materials if material.node_tree)]
+    return [node for tree in trees for node in tree.nodes if node.type == "GROUP" and node.node_tree == group]

@@ -7,6 +7,7 @@ filled with, so that files of earlier versions can be brought up to date; materi
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -67,8 +68,9 @@ class Closure:
 
     def is_node(self, node: bpy.types.Node) -> bool:
         """Whether a node is one of this closure: it holds a group of it, and the numbers that describe it."""
-        return node.type == "GROUP" and self.is_of(node.node_tree) and self._numbers() <= set(node.inputs.keys())
+        return node.type == "GROUP" and self.is_of(node.node_tree) and self._numbers.issubset(node.inputs.keys())
 
+    @functools.cached_property  # since panels ask while they are drawn
     def _numbers(self):
         return {socket.name for socket in self.sockets if socket.type == "NodeSocketFloat"}
 

@@ -158,23 +158,20 @@ class Bending:
     def _optics(self):
         """The group of the interface in Blender's nodes, with switches for its tint and for what crossings count."""
         group = bpy.data.node_groups.new("NIM photons", "ShaderNodeTree")
-        INTERFACE.build(group, "nodes")
+        optics = INTERFACE.build(group, "nodes")
         item = group.interface.new_socket(THROUGH, in_out="INPUT", socket_type="NodeSocketColor")
         item.default_value = (1.0, 1.0, 1.0, 1.0)
-        named = {node.label: node for node in group.nodes}
         nodes = Nodes(group)
         # Blender's Glass cannot tell what it reflects from what it lets through
-        either = named["either"].inputs[0]
-        group.links.remove(either.links[0])
-        either.default_value = 0.0
-        tint = named["reflected"].inputs["Color"].links[0].from_socket
+        _unlinked(optics.glass_or_not.inputs[0]).default_value = 0.0
+        tint = optics.reflected.inputs["Color"].links[0].from_socket
         through = nodes.vector("MULTIPLY", tint, nodes.add("NodeGroupInput").outputs[THROUGH])
         reflected, passed = (nodes.mix(switch(nodes, "tinted"), WHITE, color) for color in (tint, through))
-        count = _count(nodes, nodes.math("POWER", named["q^2"].outputs[0], POWER))
+        count = _count(nodes, nodes.math("POWER", optics.q_squared, POWER))
         counted = nodes.mix(switch(nodes, "counted"), passed, count)
-        nodes.feed(named["reflected"].inputs["Color"], reflected)
-        for label in ("transmitted, same signs", "transmitted, signs differ"):
-            nodes.feed(named[label].inputs["Color"], counted)
+        nodes.feed(optics.reflected.inputs["Color"], reflected)
+        for node in (optics.refraction, optics.portal):
+            nodes.feed(node.inputs["Color"], counted)
         self.trees.append(group)
         return group
 

@@ -5,9 +5,30 @@ The nodes are laid out to be read from left to right, a frame for each equation.
 works out once, before it renders, as long as nothing is linked to them; and where the signs differ it drops the refraction.
 """
 
+from __future__ import annotations
+
+from typing import NamedTuple
+
 import bpy
 
 from .closure import Closure, Socket
+
+
+class Optics(NamedTuple):
+    """What others may change in a group of the interface in nodes (caustics.bending does, in one of its own).
+
+    q_squared:                     output of (n_i / n_t)^2
+    reflected, refraction, portal: nodes of the closures that mirror light, and that let it through where the signs of the
+                                   indices agree and where they differ; Color is the tint
+    glass_or_not:                  node of the mix of these, and of a Glass BSDF that is all of them where it can be
+    """
+
+    q_squared: bpy.types.NodeSocket
+    reflected: bpy.types.Node
+    refraction: bpy.types.Node
+    portal: bpy.types.Node
+    glass_or_not: bpy.types.Node
+
 
 GLIDE = 1e-3  # as in nim_interface.osl
 
@@ -131,7 +152,7 @@ class _Frame:
         return next(socket for socket in node.outputs if socket.identifier == f"Result_{kind}")
 
 
-def _twin(tree, sockets):
+def _twin(tree, sockets) -> Optics:
     """Build the optics in the empty group `tree`, whose interface has SOCKETS; sockets: their names by identifier."""
 
     def entry(left, top, *identifiers):
@@ -250,6 +271,7 @@ def _twin(tree, sockets):
     leave = tree.nodes.new("NodeGroupOutput")
     leave.location = (glass_frame.right, -420)
     tree.links.new(either.outputs[0], leave.inputs[0])
+    return Optics(q2, reflected, refraction, portal, either)
 
 
 INTERFACE = Closure(

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Making a figure: its images, as far as they are not there yet, its sheet, its claims, and the index beside them."""
 
-import contextlib
-import functools
-import hashlib
+from __future__ import annotations
+
 import json
 import time
 from pathlib import Path
@@ -11,25 +10,24 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from .. import caustics
 from ..base.files import check_targets, files_to, sweep, writable_folder
 from ..base.version import VERSION
 from ..cycles import render
-from ..cycles.closures import INTERFACE
 from ..cycles.material import resolve
-from ..renders import montage
+from ..renders import changes, montage
+from ..renders.request import Request, Session, Showing, can_denoise
 from ..scenes import scene_type
-from ..scenes.stage import aim
 from . import index
 from .measure import Camera
-from .recipes import Image
-
-PACKAGE = Path(__file__).resolve().parents[1]
+from .recipes import Figure, Image
 
 TEXELS = 1024, 2048  # of baked caustics, at draft and at final quality
+FAR = 1000  # between the seeds of renders with caustics, as each of several lamps takes one of those that follow
 
 
-def make(figure, folder, quality="draft", *, backend="auto", showing=None):
+def make(
+    figure: Figure, folder: str | Path, quality: str = "draft", *, backend: str = "auto", showing: Showing | None = None
+) -> dict:
     """Render and measure a recipes.Figure; returns the record that FOLDER/figure-NUMBER.json holds.
 
     folder:  where to: images go to FOLDER/NUMBER/, the sheet to FOLDER/figure-NUMBER.png, and index.html is written anew
@@ -87,7 +85,7 @@ def make(figure, folder, quality="draft", *, backend="auto", showing=None):
     return record
 
 
-def check_records(folder, figure):
+def check_records(folder: Path, figure: Figure) -> None:
     """Raise OSError, one sentence, where a folder holds a figure of another version or what is no record of a figure.
 
     A damaged record of `figure` itself passes, as it is written anew.
@@ -105,7 +103,7 @@ def check_records(folder, figure):
             )
 
 
-def check_draft(folder, figure):
+def check_draft(folder: Path, figure: Figure) -> None:
     """Raise OSError, one sentence, where a draft of a figure would replace what a folder holds of it at final quality."""
     finer = [recipe for recipe in figure.recipes if _effort(recipe, "final") != _effort(recipe, "draft")]
     final = finer and _quality(folder / f"figure-{figure.number}.json") == "final"
@@ -134,18 +132,6 @@ def _plain(value):
     return value if isinstance(value, str) else float(value)
 
 
-@functools.cache  # the code that runs is the one that was there first
-def _code(*parts):
-    """A mark of the code in some folders of PACKAGE: an image that other code made is rendered again."""
-    text = [file.read_bytes() for part in parts for file in sorted((PACKAGE / part).glob("*.py"))]
-    return hashlib.sha256(b"".join([*text, INTERFACE.source().encode()])).hexdigest()[:16]
-
-
-def _change(function):
-    """A mark of a recipe's change: its name and all code of the figures, as it may call any of it."""
-    return None if function is None else f"{function.__qualname__} {_code('figures')}"
-
-
 def _files(recipe, folder):
     """The EXR files of a recipe in the folder of its figure, one for each seed."""
     names = [recipe.name] if recipe.seeds == 1 else [f"{recipe.name}.{seed}" for seed in range(recipe.seeds)]
@@ -162,73 +148,36 @@ def _effort(recipe, quality):
 
 def _image(recipe, files, quality, backend, showing):
     """The Image of a recipe, whose EXR files are rendered where they are missing."""
-    kind = scene_type(recipe.scene, of_figures=True)
-    parameters = kind.parameters.read(recipe.settings)
-    pose = recipe.pose or kind.pose(parameters)
+    request = _request(recipe, quality, backend)
+    seeds = [seed * (FAR if recipe.photons else 1) for seed in range(recipe.seeds)]
+    with Session(request, persistent=recipe.seeds > 1) as session:
+        for seed, file in zip(seeds, files, strict=True):
+            sweep(file.parent)
+            _made(file)
+            session.render(file.parent, file.stem, seed=seed, showing=showing)
+    pose = recipe.pose or scene_type(request.scene, of_figures=True).pose(request.parameters)
+    return Image(np.stack([_pixels(file) for file in files]), Camera(*pose, request.size), request.parameters)
+
+
+def _request(recipe, quality, backend):
+    """The renders.Request of a recipe."""
     size, samples = recipe.frame(quality)
-    denoise = recipe.shown and _can_denoise()
-    effort = _effort(recipe, quality)
-    scene = None
-    for folder in {file.parent for file in files}:
-        sweep(folder)
-    for seed, file in enumerate(files):
-        folder, name = file.parent, file.stem
-        wanted = {
-            "nimray": VERSION,
-            "scene": kind.name,
-            "parameters": parameters.plain(),
-            **effort,
-            "seed": seed,
-            "denoise": denoise,
-            "backend": backend,
-            "blender": bpy.app.version_string,
-            "pose": [pose.eye, pose.target, pose.field_of_view, pose.fit],
-            "change": _change(recipe.change),
-            "code": _code("physics", "cycles", "caustics", "scenes"),
-        }
-        wanted = json.loads(json.dumps(wanted))  # as it comes back from a file
-        if _made(file) != wanted:
-            if scene is None:
-                scene = _built(kind, parameters, recipe, pose, size, samples, denoise, backend)
-            scene.cycles.seed = seed
-            if effort["photons"]:
-                writable_folder(folder)
-                texels = TEXELS[quality == "final"]
-                store = folder / f".{name}.photons"
-                caustics.bake(scene, photons=effort["photons"], texels=texels, seed=1000 * seed, file=store)
-            with showing(name, samples) if showing else contextlib.nullcontext() as progress:
-                render.render(scene, folder, name, metadata=wanted, progress=progress)
-    if scene is not None:
-        _discard(scene)
-    each = np.stack([_pixels(file) for file in files])
-    return Image(each, Camera(*pose, tuple(size)), parameters)
-
-
-def _built(kind, parameters, recipe, pose, size, samples, denoise, backend):
-    scene = kind.build(parameters, backend)
-    scene.render.resolution_x, scene.render.resolution_y = size
-    scene.cycles.samples = samples
-    scene.cycles.use_denoising = denoise
-    # the noise stays in the EXR, which is measured; only the PNG goes without
-    scene.view_layers[0].cycles.denoising_store_passes = denoise
-    scene.render.use_persistent_data = recipe.seeds > 1
-    aim(scene.camera, *pose)
-    if recipe.change:
-        recipe.change(scene)
-    return scene
-
-
-def _discard(scene):
-    """Remove a scene and its objects: what a recipe changed in it must not reach the next one, nor must its names."""
-    caustics.clear(scene)
-    bpy.data.batch_remove([*scene.collection.all_objects, *scene.collection.children_recursive])
-    bpy.data.scenes.remove(scene)
-
-
-def _can_denoise():
-    import _cycles
-
-    return _cycles.with_openimagedenoise
+    final, denoise = quality == "final", recipe.shown and can_denoise()
+    traced = {"photons": recipe.photons[final], "texels": TEXELS[final]} if recipe.photons else {}
+    return Request(
+        recipe.scene,
+        scene_type(recipe.scene, of_figures=True).parameters.read(recipe.settings),
+        size=size,
+        samples=samples,
+        backend=backend,
+        denoise=denoise,
+        keep_noise=denoise,  # in the EXR, which is measured; only the PNG goes without
+        caustics="traced" if recipe.photons else "path",
+        pose=recipe.pose,
+        change=recipe.change and changes.register(recipe.change),
+        code=changes.code_mark(changed=bool(recipe.change)),
+        **traced,
+    )
 
 
 def _made(file):

@@ -15,6 +15,7 @@ from nim_addon.cycles import render
 from nim_addon.figures import index, registry, run
 from nim_addon.figures.claims import Claim
 from nim_addon.figures.recipes import Figure, Recipe, in_order
+from nim_addon.renders import changes
 
 
 def dark(scene):
@@ -100,7 +101,7 @@ def test_other_code_renders_again_and_another_version_is_kept(
 ):
     figure = Figure("9.9", "", "", (), recipes()[:1])
     run.make(figure, tmp_path)
-    monkeypatch.setattr(run, "_code", lambda *parts: "other")
+    monkeypatch.setattr(changes, "code_mark", lambda **how: "other")
     run.make(figure, tmp_path)
     assert rendered == ["one", "one"]
     monkeypatch.setattr(run, "VERSION", "9.0")
@@ -213,12 +214,12 @@ def test_what_a_change_may_call_is_part_of_its_record(tmp_path, empty_file, rend
     figure = Figure("9.9", "", "", (), recipes()[1:])
     (tmp_path / "figures").mkdir()
     helper = tmp_path / "figures" / "helper.py"
-    monkeypatch.setattr(run, "PACKAGE", tmp_path)
+    monkeypatch.setattr(changes, "PACKAGE", tmp_path)
     for text in ("a", "a", "b"):
         helper.write_text(text)
-        run._code.cache_clear()
+        changes.code_mark.cache_clear()
         run.make(figure, tmp_path / "out")
-    run._code.cache_clear()
+    changes.code_mark.cache_clear()
     # an image that nothing is changed for stays
     assert rendered == ["two", "dark.0", "dark.1", "dark.0", "dark.1"]
 

@@ -4,8 +4,8 @@
 
   python3 build.py render sphere       any nimray command: render, compare, figures, rays, scenes, verify, fresnel, info...
   python3 build.py test                run the tests (more words go to pytest)
-  python3 build.py blends [sea...]     write blend_scenes/*.blend, the presets and the asset library (some minutes), or only
-                                       what is named: glass, pool, sphere, sea; or presets; or assets
+  python3 build.py blends [sea...]     write blend_scenes/*.blend and the asset library (some minutes), or only what is
+                                       named: glass, pool, sphere, sea; or assets
   python3 build.py package             build and validate dist/nim_addon-X.Y.Z.zip with Blender's own tool
   python3 build.py docs [--out DIR]    make the pages of docs/ as HTML, in dist/docs/ or DIR (needs no Blender)
   python3 build.py bench [glass|peers] print how fast it is, beside Blender's own Glass BSDF, Mitsuba 3 and POV-Ray
@@ -275,10 +275,10 @@ def test(python, rest):
 
 
 def blends(python, rest):
-    """Write blend_scenes/*.blend, and the presets and assets that the extension brings along; or only what is named."""
-    if rest and rest[0] not in ("presets", "assets"):
+    """Write blend_scenes/*.blend, and the assets that the extension brings along; or only what is named."""
+    if rest and rest[0] != "assets":
         return run(python, "blend_scenes/make.py", *rest)
-    makers = [f"make_{rest[0]}.py"] if rest else ["make.py", "make_presets.py", "make_assets.py"]
+    makers = ["make_assets.py"] if rest else ["make.py", "make_assets.py"]
     return max(run(python, f"blend_scenes/{name}", *rest[1:]) for name in makers)
 
 

@@ -39,7 +39,6 @@ def traces():
         found |= {(kind, p) for p in getattr(bpy.types, kind).bl_rna.properties.keys() if p.startswith("nim")}
     keys = bpy.context.window_manager.keyconfigs.addon
     found |= {item.idname for keymap in (keys.keymaps if keys else ()) for item in keymap.keymap_items if "nim" in item.idname}
-    found |= {("preset", path) for path in bpy.utils.preset_paths("nim_addon/sphere")}
     return found
 
 
@@ -133,7 +132,6 @@ def test_package_holds_what_it_needs(zipped):
         "assets/blender_assets.cats.txt",
     ):
         assert needed in names
-    assert any(name.startswith("presets/") for name in names)
     assert not [name for name in names if "__pycache__" in name or name.endswith((".blend1", ".whl"))]
     assert zipped.stat().st_size < 3_000_000
 

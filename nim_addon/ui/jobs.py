@@ -14,6 +14,7 @@ import bpy
 from bpy.app.translations import pgettext_iface, pgettext_rpt
 
 from ..base.text import duration
+from ..scenes import SCENES
 from ..scenes.parameters import file_name
 from . import preferences, scenes
 from .panels import Sidebar, draw_sentence
@@ -208,7 +209,7 @@ def compare_words(settings):
     The NIM is the settings' own, where that is one.
     """
     parameters = scenes.parameters_of(settings)
-    kind = scenes.scene_type(settings.scene)
+    kind = SCENES[settings.scene]
     key, _, values = kind.compared.partition("=")
     medium = parameters.medium if key == "n" else getattr(parameters, key)
     if medium is not None and medium.is_nim:

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The wrong settings that the checks find, each with the button that mends it."""
 
-from __future__ import annotations
-
 import bpy
 from bpy.app.handlers import persistent
 from bpy.app.translations import pgettext_iface, pgettext_rpt

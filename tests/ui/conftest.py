@@ -24,3 +24,19 @@ def press():
         return getattr(getattr(bpy.ops, group), name)("EXEC_DEFAULT", True, **properties)
 
     return pressed
+
+
+@pytest.fixture
+def settings(addon):
+    """The settings of the scene that is shown, whichever that is by then."""
+
+    import bpy
+
+    class Current:
+        def __getattr__(self, name):
+            return getattr(bpy.context.scene.nim_scenes, name)
+
+        def __setattr__(self, name, value):
+            setattr(bpy.context.scene.nim_scenes, name, value)
+
+    return Current()

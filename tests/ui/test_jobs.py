@@ -11,7 +11,7 @@ import pytest
 
 from nim_addon import command
 from nim_addon.cycles.render import read_metadata
-from nim_addon.ui import jobs, preferences, scenes
+from nim_addon.ui import jobs, preferences, scene_settings
 
 TINY = (2, 4)  # samples, percent of the scene's own size
 
@@ -20,7 +20,7 @@ TINY = (2, 4)  # samples, percent of the scene's own size
 def settings(addon, monkeypatch, tmp_path):
     """The settings of a sphere that renders in no time, into tmp_path."""
     monkeypatch.setattr(jobs, "output_folder", lambda: tmp_path)
-    monkeypatch.setitem(scenes.QUALITIES, "DRAFT", TINY)
+    monkeypatch.setitem(scene_settings.QUALITIES, "DRAFT", TINY)
     settings = bpy.context.scene.nim_scenes
     settings.scene, settings.quality, settings.backend = "sphere", "DRAFT", "nodes"
     return settings

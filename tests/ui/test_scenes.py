@@ -11,24 +11,9 @@ from nim_addon import command
 from nim_addon.physics import MEDIA, Medium
 from nim_addon.scenes import SCENES, scene_type
 from nim_addon.scenes import stage as stages
-from nim_addon.ui import scenes
+from nim_addon.ui import scene_settings, scenes
 
-FIELDS = [(name, field) for name, kind in SCENES.items() for field in dataclasses.fields(kind.parameters)]
-PRESETS = sorted((scenes.PACKAGE / "presets" / "nim_addon").glob("*/*.py"))
-
-
-@pytest.fixture
-def settings(addon):
-    """The settings of the scene that is shown, whichever that is by then."""
-
-    class Current:
-        def __getattr__(self, name):
-            return getattr(bpy.context.scene.nim_scenes, name)
-
-        def __setattr__(self, name, value):
-            setattr(bpy.context.scene.nim_scenes, name, value)
-
-    return Current()
+FIELDS = [(name, field) for name, chosen in SCENES.items() for field in dataclasses.fields(chosen.parameters)]
 
 
 @pytest.fixture
@@ -56,7 +41,7 @@ def test_each_property_mirrors_its_field(settings, name, field):
         assert [(item.identifier, item.value) for item in shown.enum_items][: len(data["choices"])] == [
             (word, number) for number, word in enumerate(data["choices"])
         ]
-    assert scenes._value(group, field) == field.default
+    assert scene_settings.value_of(group, field) == field.default
 
 
 def test_numbers_of_enums_are_what_older_files_hold(settings):
@@ -68,18 +53,20 @@ def test_numbers_of_enums_are_what_older_files_hold(settings):
     assert numbers(settings.pool, "sky") == {"overcast": 0, "sunny": 1}
     assert numbers(settings.glass, "figures") == {"none": 0, "monkey": 1, "file": 100}
     assert numbers(settings.glass, "liquid")["nim"] == 3
-    assert {*MEDIA.values()} - {MEDIA["air"]} == {MEDIA[word] for word in scenes.LIQUID_NUMBERS if word in MEDIA}
+    assert {*MEDIA.values()} - {MEDIA["air"]} == {
+        MEDIA[word] for word in scene_settings.LIQUID_NUMBERS if word in MEDIA
+    }
 
 
 def test_settings_give_the_numbers_a_person_typed(settings):
     settings.scene = "sphere"
     settings.sphere.n, settings.sphere.use_mu, settings.sphere.mu = -1.33, True, -2.7
-    assert scenes.parameters_of(settings) == SCENES["sphere"].parameters(n=-1.33, mu=-2.7)
+    assert scene_settings.parameters_of(settings) == SCENES["sphere"].parameters(n=-1.33, mu=-2.7)
     settings.scene = "glass"
     settings.glass.liquid, settings.glass.liquid_n = "custom", -1.1
-    assert scenes.parameters_of(settings).liquid == Medium(-1.1)
+    assert scene_settings.parameters_of(settings).liquid == Medium(-1.1)
     settings.glass.use_liquid_mu, settings.glass.liquid_mu = True, -3
-    assert scenes.parameters_of(settings).liquid == Medium(-1.1, -3)
+    assert scene_settings.parameters_of(settings).liquid == Medium(-1.1, -3)
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -103,11 +90,11 @@ def test_build_shows_the_scene_with_its_settings(settings, build, name):
 def test_a_new_view_moves_the_camera_and_nothing_else(settings, build):
     settings.scene = "pool"
     scene = build()
-    things, before = set(scene.objects), scene.camera.matrix_basis.copy()
+    objects, before = set(scene.objects), scene.camera.matrix_basis.copy()
     settings.pool.waves = 0.1
     assert scene.camera.matrix_basis == before
     settings.pool.view = "window"
-    assert set(scene.objects) == things
+    assert set(scene.objects) == objects
     moved = scene.camera.matrix_basis.copy()
     assert moved != before
     assert (build().camera.matrix_basis, scene.camera.data.sensor_fit) == (moved, "VERTICAL")
@@ -188,57 +175,7 @@ def test_copied_command_renders_the_same(settings, press, tmp_path):
         setattr(settings.glass, key, value)
     assert press("nim.copy_command") == {"FINISHED"}
     line = scenes.quoted(["nimray", *scenes.render_words(bpy.context.scene.nim_scenes)])
-    assert settings_of(line) == ("glass", scenes.parameters_of(settings), 32, (400, 300), "nodes")
-
-
-@pytest.mark.parametrize("file", PRESETS, ids=[f"{file.parent.name}-{file.stem}" for file in PRESETS])
-def test_shipped_presets_load_and_round_trip_through_the_command(settings, press, file):
-    name = file.parent.name
-    settings.scene = name
-    menu = scenes.PRESET_MENUS[name]
-    assert press("nim.load_preset", filepath=str(file), menu_idname=menu.bl_idname) == {"FINISHED"}
-    assert settings.problem == ""
-    assert menu.bl_label == file.stem.replace("_", " ")
-    # whatever was set before, a preset sets all
-    lines = file.read_text().splitlines()
-    assigned = {line.split(" = ")[0].removeprefix("settings.") for line in lines if line.startswith("settings.")}
-    assert assigned == set(scenes.GROUPS[name].__annotations__)
-    line = scenes.quoted(["nimray", *scenes.render_words(bpy.context.scene.nim_scenes)])
-    assert settings_of(line)[:2] == (name, scenes.parameters_of(settings))
-
-
-def test_shipped_presets_are_found(settings):
-    for name in SCENES:
-        assert bpy.utils.preset_paths(f"nim_addon/{name}") == [str(scenes._shipped(name))]
-
-
-def test_a_person_saves_and_removes_presets_but_never_a_shipped_one(settings, press, tmp_path, monkeypatch):
-    monkeypatch.setattr(bpy.utils, "user_resource", lambda kind, path="", create=False: _made(tmp_path / path))
-    monkeypatch.setattr(
-        bpy.utils, "preset_paths", lambda subdir: [str(tmp_path / "presets" / subdir), str(scenes._shipped("sphere"))]
-    )
-    settings.scene, settings.sphere.n = "sphere", -2.0
-    assert press("nim.preset", name="Mine") == {"FINISHED"}
-    file = tmp_path / "presets" / "nim_addon" / "sphere" / "Mine.py"
-    settings.sphere.n = 1.5
-    press("nim.load_preset", filepath=str(file), menu_idname="NIM_MT_sphere_presets")
-    assert settings.sphere.n == -2.0
-    with pytest.raises(RuntimeError, match="choose another name"):
-        press("nim.preset", name="Mine")
-    assert press("nim.preset", remove_active=True) == {"FINISHED"}
-    assert not file.exists()
-    shipped = next(file for file in PRESETS if file.parent.name == "sphere")
-    press("nim.load_preset", filepath=str(shipped), menu_idname="NIM_MT_sphere_presets")
-    with pytest.raises(RuntimeError, match="is not one of your own"):
-        press("nim.preset", remove_active=True)
-    assert shipped.exists()
-    with pytest.raises(RuntimeError, match="is no preset"):
-        press("nim.load_preset", filepath=str(tmp_path / "none.py"), menu_idname="NIM_MT_sphere_presets")
-
-
-def _made(folder):
-    folder.mkdir(parents=True, exist_ok=True)
-    return str(folder)
+    assert settings_of(line) == ("glass", scene_settings.parameters_of(settings), 32, (400, 300), "nodes")
 
 
 def test_nothing_is_left_when_the_add_on_is_disabled(addon):
@@ -246,4 +183,3 @@ def test_nothing_is_left_when_the_add_on_is_disabled(addon):
 
     addon_utils.disable(addon, default_set=True)
     assert not hasattr(bpy.types.Scene, "nim_scenes")
-    assert bpy.utils.preset_paths("nim_addon/glass") == []

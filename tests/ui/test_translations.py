@@ -18,7 +18,8 @@ from nim_addon import checks, ui
 from nim_addon.checks import media_checks, mesh_checks, place_checks, ray_checks, value_checks
 from nim_addon.cycles import problem, settings
 from nim_addon.cycles.closures import INTERFACE
-from nim_addon.ui import translations
+from nim_addon.scenes import SCENES
+from nim_addon.ui import presets, translations
 
 # The modules whose texts are looked for: what the panels show of the checks is written there.
 SOURCES = sorted(Path(ui.__file__).parent.glob("*.py"))
@@ -120,6 +121,9 @@ def texts(addon):
     found = {}
     for source in SOURCES:
         found.update(written_in(source))
+    for figure, recipes in (chosen for name in SCENES for chosen in presets.recipes_of(name)):
+        captions = (recipe.caption for recipe in recipes)
+        found |= {text: f"figure {figure.number}" for text in (figure.title, *captions) if needs_translation(text)}
     return {text: where for text, where in found.items() if text not in NOT_SHOWN} | shown_by_blender()
 
 

@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""For people: set up, render, test, make the scenes, the extension, the pages and the benchmarks. Standard library only.
+"""For people: set up, render, test, make the scenes, the extension, the pages, a release. Standard library only.
 
   python3 build.py render sphere       any nimray command: render, compare, figures, rays, scenes, verify, fresnel, info...
   python3 build.py test                run the tests (more words go to pytest)
+  python3 build.py lint                check the style, by ruff, and the types, by pyright
   python3 build.py blends [sea...]     write blend_scenes/*.blend and the asset library (some minutes), or only what is
                                        named: glass, pool, sphere, sea; or assets
   python3 build.py package             build and validate dist/nim_addon-X.Y.Z.zip with Blender's own tool
@@ -11,15 +12,20 @@
   python3 build.py bench [glass|peers] print how fast it is, beside Blender's own Glass BSDF, Mitsuba 3 and POV-Ray
   python3 build.py bench scale         what scenes of 5 million triangles, or of 1,000 objects, cost
   python3 build.py bench caustics      the same of caustics, beside path tracing and Mitsuba 3 (hours; some minutes: --quick)
+  python3 build.py release X.Y.Z       give what is here that version, and the changelog too; check all; build the extension
+  python3 build.py lock                write anew which packages --locked installs, the newest that fit, for all Blenders
   python3 build.py setup               make the environment only; every other command does so when needed
 
 --blender 5.0 before or after the command picks another Blender: 4.2, 4.5 (the default) and 5.0 run on Python 3.11, 5.2
 on 3.13. --system-packages, for root on Debian or Ubuntu, brings the shared libraries that Blender lacks on a bare server.
+--locked makes the environment of exactly the packages that .ci/lock-*.txt name, for Linux on x86-64, as CI does.
 """
 
+import datetime
 import functools
 import hashlib
 import importlib.util
+import json
 import os
 import shutil
 import subprocess
@@ -31,31 +37,32 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent
 # The Python that each Blender's module is built for.
 PYTHON = {"4.2": (3, 11), "4.5": (3, 11), "5.0": (3, 11), "5.2": (3, 13)}
+DEFAULT = "4.5"
 NIMRAY = ("render", "compare", "figures", "rays", "scenes", "verify", "fresnel", "doctor", "info")
 
 
 def main(words):
     """Run one command; returns the exit code."""
-    blender = "4.5"
+    blender = DEFAULT
     if "--blender" in words:
         at = words.index("--blender")
         blender = words[at + 1] if at + 1 < len(words) else ""
         if blender not in PYTHON:
             return complain(f"--blender {blender or '(nothing)'}: choose one of {', '.join(PYTHON)}.")
         words = words[:at] + words[at + 2 :]
-    bring = "--system-packages" in words
-    words = [word for word in words if word != "--system-packages"]
+    bring, locked = "--system-packages" in words, "--locked" in words
+    words = [word for word in words if word not in ("--system-packages", "--locked")]
     if not words or words[0] in ("-h", "--help", "help"):
         print(__doc__.strip())
         return 0 if words else 2
     command, rest = words[0], words[1:]
-    known = {"setup": setup, "test": test, "blends": blends, "package": package, "docs": docs, "bench": bench}
+    known = {f.__name__: f for f in (setup, test, lint, blends, package, docs, bench, release, lock)}
     if command not in known and command not in NIMRAY:
         return complain(f"there is no command {command!r}; the ones that exist are {', '.join([*known, *NIMRAY])}.")
     try:
         if bring:
             install([])  # so that a refusal comes first
-        python = writing() if command == "docs" else environment(blender, bring)
+        python = writing() if command == "docs" else environment(blender, bring, locked)
         if command in NIMRAY and not bring:  # most need no more than numpy, the others say themselves what they lack
             return nimray(python, command, *rest)
         if command != "docs":
@@ -110,17 +117,29 @@ class SetupError(Exception):
         self.code = code
 
 
-def environment(blender, bring=False):
+def environment(blender, bring=False, locked=False):
     """The Python of .venv (of .venv-5.0 and so on for another Blender than 4.5), made when missing or stale.
 
-    bring: whether to install what the system's Python lacks to make one
+    bring:  whether to install what the system's Python lacks to make one
+    locked: whether it must be of exactly the packages that lock() wrote down
     """
+    folder = ROOT / (".venv" if blender == DEFAULT else f".venv-{blender}")
+    finder = functools.partial(maker, PYTHON[blender], bring)
+    what = f"with Blender {blender} (once, about 400 MB)"
+    return made(folder, packages(blender), finder, what, locked_packages(blender) if locked else None)
+
+
+def packages(blender):
+    """What an environment with that Blender is asked to have; style and types are checked in one of them only."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     wanted = [f"bpy=={blender}.*" if need.startswith("bpy") else need for need in project["dependencies"]]
-    wanted += [need for group in ("figures", "test") for need in project["optional-dependencies"][group]]
-    folder = ROOT / (".venv" if blender == "4.5" else f".venv-{blender}")
-    finder = functools.partial(maker, PYTHON[blender], bring)
-    return made(folder, wanted, finder, f"with Blender {blender} (once, about 400 MB)")
+    groups = ("figures", "test", "lint") if blender == DEFAULT else ("figures", "test")
+    return wanted + [need for group in groups for need in project["optional-dependencies"][group]]
+
+
+def locked_packages(blender):
+    """The file of the packages that CI installs for that Blender, each with its version and hash."""
+    return ROOT / ".ci" / f"lock-{blender}.txt"
 
 
 def writing():
@@ -130,19 +149,24 @@ def writing():
     return made(ROOT / ".venv-docs", wanted, lambda: sys.executable, "for the pages (once, about 200 MB)")
 
 
-def made(folder, wanted, finder, what):
-    """The Python of an environment with the packages `wanted`; `finder` finds the Python to make it with, if need be."""
+def made(folder, wanted, finder, what, locked=None):
+    """The Python of an environment with the packages `wanted`; `finder` finds the Python to make it with, if need be.
+
+    locked: a file with all the packages to be installed, in the place of the newest that fit; any will do if None
+    """
     python = folder / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
     stamp = folder / "made-from"
     # a copied or moved environment is stale too: its scripts name the old place
-    mark = hashlib.sha256(repr((wanted, str(folder))).encode()).hexdigest()
-    if python.exists() and stamp.exists() and stamp.read_text() == mark:
+    marks = [hashlib.sha256(repr((wanted, str(folder))).encode()).hexdigest()]
+    marks += [hashlib.sha256(locked.read_bytes()).hexdigest()] if locked else []
+    if python.exists() and stamp.exists() and stamp.read_text().split()[: len(marks)] == marks:
         return python
     print(f"build.py: making {folder.name} {what}", file=sys.stderr, flush=True)
     shutil.rmtree(folder, ignore_errors=True)
+    which = ["--no-deps", "--require-hashes", "--requirement", locked] if locked else wanted
     steps = (
         [finder(), "-m", "venv", folder],
-        [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *wanted],
+        [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *which],
     )
     for step in steps:
         done = subprocess.run(
@@ -151,7 +175,7 @@ def made(folder, wanted, finder, what):
         if done.returncode:
             shutil.rmtree(folder, ignore_errors=True)
             raise SetupError(f"the environment could not be made: {last_line(done.stderr)}")
-    stamp.write_text(mark)
+    stamp.write_text("\n".join(marks))
     return python
 
 
@@ -162,7 +186,7 @@ def maker(version, bring):
         package = "python{}.{}-venv".format(*version)
         if not bring:
             how = (
-                f"run: apt-get update && {part_of_addon('libraries').APT} {package}"
+                f"run: apt-get update && {part('nim_addon/base/libraries.py').APT} {package}"
                 if debian()
                 else f"install its package {package}."
             )
@@ -213,7 +237,7 @@ def complete(python, bring):
     module = next(python.parent.parent.glob("lib/python*/site-packages/bpy/__init__*.so"), None)
     if sys.platform != "linux" or module is None:
         return
-    libraries = part_of_addon("libraries")
+    libraries = part("nim_addon/base/libraries.py")
     names = libraries.missing_for(module)
     if names and bring:
         install(libraries.of_debian(names))
@@ -247,9 +271,9 @@ def install(packages):
             raise SetupError(f"{' '.join(words)} failed: {last_line(done.stderr)}")
 
 
-def part_of_addon(name):
-    """A module of nim_addon that needs nothing but the standard library."""
-    spec = importlib.util.spec_from_file_location(name, ROOT / "nim_addon" / "base" / f"{name}.py")
+def part(path):
+    """A module of this repository that needs nothing but the standard library."""
+    spec = importlib.util.spec_from_file_location(Path(path).stem, ROOT / path)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
@@ -272,6 +296,13 @@ def setup(python, rest):
 def test(python, rest):
     """Run pytest."""
     return run(python, "-m", "pytest", *rest)
+
+
+def lint(python, rest):
+    """Check the style and the types."""
+    return max(
+        run(python, "-m", *words) for words in (("ruff", "check"), ("ruff", "format", "--check"), ("basedpyright",))
+    )
 
 
 def blends(python, rest):
@@ -339,6 +370,45 @@ def bench(python, rest):
     chosen = [rest[0]] if rest and rest[0] in ("glass", "peers", "scale", "caustics") else ["glass", "peers"]
     words = rest[1:] if rest[:1] == chosen else rest
     return max(run(python, f"bench/{name}.py", *words) for name in chosen)
+
+
+def release(python, rest):
+    """Give what is here a new version, check it all, and build the extension; what fails leaves the files as they were."""
+    if len(rest) != 1:
+        return complain("release takes the new version, such as 0.2.0.")
+    tool = part("tools/release.py")
+    try:
+        former = tool.write(ROOT, rest[0], datetime.date.today())
+    except tool.Refusal as error:
+        return complain(str(error))
+    code = 1  # also where it is stopped
+    try:
+        code = lint(python, []) or test(python, []) or package(python, [])
+    finally:
+        if code:
+            tool.restore(former)
+    if code:
+        return complain(f"{rest[0]} is no release: see above; the files are as they were.", code)
+    print(f"Now: git commit --all --message 'Version {rest[0]}' && git tag v{rest[0]}")
+    return 0
+
+
+def lock(python, rest):
+    """Write down for each Blender the newest packages that fit together, with the hashes of what is installed of them."""
+    words = ("-m", "pip", "install", "--dry-run", "--ignore-installed", "--quiet", "--report", "-")
+    for blender in PYTHON:
+        words_of_it = [str(environment(blender)), *words, *packages(blender)]
+        found = subprocess.run(words_of_it, stdout=subprocess.PIPE, text=True)
+        if found.returncode:
+            return complain(f"no packages fit together for Blender {blender}.", 1)
+        lines = []
+        for entry in json.loads(found.stdout)["install"]:
+            package, archive = entry["metadata"], entry["download_info"]["archive_info"]
+            lines.append(f"{package['name']}=={package['version']} --hash=sha256:{archive['hashes']['sha256']}\n")
+        head = f"# By python3 build.py lock: what CI installs for Blender {blender}, on Linux on x86-64.\n"
+        locked_packages(blender).write_text(head + "".join(sorted(lines, key=str.lower)))
+        print(locked_packages(blender).relative_to(ROOT))
+    return 0
 
 
 if __name__ == "__main__":

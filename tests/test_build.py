@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""build.py: every command of nimray is one of its own, and what it starts ends with it."""
+"""build.py: every command of nimray is one of its own, what it starts ends with it, what it makes environments of."""
 
 import importlib.util
 import os
@@ -78,3 +78,61 @@ def test_build_of_a_scene_that_does_not_exist_is_a_usage_error():
     )
     assert done.returncode == 2 and done.stdout == ""
     assert re.fullmatch(r"make.py: there is no scene 'spere'; did you mean sphere\? The .*\.\n", done.stderr)
+
+
+@pytest.mark.parametrize("words", (["bake"], ["--blender", "2.8", "test"], ["--blender"]))
+def test_build_refuses_what_it_does_not_know(words, capsys):
+    assert build.main(words) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+# ---------------------------------------------------------------------------------------------------- the environment
+
+
+@pytest.fixture
+def pips(monkeypatch):
+    """What pip would have been asked for by build.made(), a list of words for each call."""
+    asked = []
+
+    def run(words, **_):
+        if "venv" in words:
+            python = Path(words[-1], "Scripts/python.exe" if sys.platform == "win32" else "bin/python")
+            python.parent.mkdir(parents=True)
+            python.touch()
+        else:
+            asked.append(words)
+        return subprocess.CompletedProcess(words, 0)
+
+    monkeypatch.setattr(build.subprocess, "run", run)
+    return asked
+
+
+def test_a_locked_environment_has_what_the_lock_says(pips, tmp_path):
+    lock = tmp_path / "lock.txt"
+    lock.write_text("numpy==2.0.0 --hash=sha256:0\n")
+
+    def made(wanted=("numpy",), locked=None):
+        build.made(tmp_path / "env", list(wanted), lambda: sys.executable, "", locked)
+        return len(pips)
+
+    assert made() == 1 and pips[-1][-1] == "numpy"
+    assert made() == 1
+    assert made(locked=lock) == 2 and pips[-1][-1] == str(lock) and "--require-hashes" in pips[-1]
+    # who asks for no lock takes it as it is
+    assert made() == made(locked=lock) == 2
+    lock.write_text("numpy==2.0.1 --hash=sha256:1\n")
+    assert made() == 2
+    assert made(locked=lock) == 3
+    assert made(["numpy", "scipy"]) == 4
+
+
+@pytest.mark.parametrize("blender", ("4.2", "4.5", "5.0", "5.2"))
+def test_the_locks_name_all_that_is_wanted_by_version_and_hash(blender):
+    lines = build.locked_packages(blender).read_text().splitlines()[1:]
+    pinned = {}
+    for line in lines:
+        name, version = re.fullmatch(r"(\S+)==(\S+) --hash=sha256:[0-9a-f]{64}", line).groups()
+        pinned[re.sub("[-_.]+", "-", name).lower()] = version
+    for need in build.packages(blender):
+        assert re.sub("[-_.]+", "-", re.match(r"[\w.-]+", need)[0]).lower() in pinned, need
+    assert pinned["bpy"].startswith(blender + ".")

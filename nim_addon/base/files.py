@@ -158,7 +158,7 @@ def _rename(files, targets, part):
     for file in files:
         _to_disk(file)
     done = []
-    with signals.step():
+    with signals.atomic():
         try:
             for number, (file, target) in enumerate(zip(files, targets, strict=True)):
                 former = part / f"former.{number}"
@@ -209,12 +209,12 @@ def _part_of(folder, name):
     # beside the result, so that the last step is a rename; its own name is longer
     short = os.fsencode(name)[:100].decode(errors="ignore")
     with contextlib.ExitStack() as stack:
-        with signals.step():
+        with signals.atomic():
             held = False
             while not held:  # another process may sweep it before there is a lock
                 part = Path(tempfile.mkdtemp(prefix=f".{short}.", suffix=".part", dir=folder))
                 taken = stack.enter_context(contextlib.ExitStack())
-                taken.enter_context(signals.begun(lambda part=part: signals.remove(part)))
+                taken.enter_context(signals.cleaned_up(lambda part=part: signals.remove(part)))
                 held = not fcntl or _is_locked(part, taken)
         with signals.interruptible():
             yield part

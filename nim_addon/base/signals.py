@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How a process ends: at Ctrl-C, a kill or a closed terminal at once, and what it leaves behind then: nothing."""
+"""Signals: at Ctrl-C, a kill or a closed terminal the process ends at once, and leaves nothing half made behind."""
+
+from __future__ import annotations
 
 import atexit
 import contextlib
@@ -11,28 +13,29 @@ import socket
 import sys
 import threading
 import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import NoReturn
 
 SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT") if hasattr(signal, name))
 PATIENCE = 5  # seconds that the end waits for files to get their names
 
-_kept = contextlib.ExitStack()  # what lasts as long as the process
-_begun = []  # what takes away what is half made
-_steps = threading.RLock()
-_watched = None  # what ends the watch, with all that it needs
+_clean_ups: list[Callable[[], None]] = []  # what takes away what is half made
+_atomic = threading.RLock()
+_end_watch: Callable[[], None] | None = None  # while the signals are watched
 
 
-def watch():
+def watch() -> Callable[[], None] | None:
     """From here on let those signals end the process at once; returns what ends the watch, or None where it goes on.
 
     A thread of its own hears them, as Python's handlers wait for the end of what runs in C: an import of Blender or
     numpy, which swallow exceptions besides, or a render. Not watched are other threads than the main one, which may not
     ask for it, and a Blender with a window, which has its own ways.
     """
-    global _watched
+    global _end_watch
     blender = sys.modules.get("bpy")
     background = blender is None or blender.app.background
-    if _watched or not background or threading.current_thread() is not threading.main_thread():
+    if _end_watch or not background or threading.current_thread() is not threading.main_thread():
         return None
     ours, theirs = socket.socketpair()
     theirs.setblocking(False)
@@ -50,7 +53,7 @@ def watch():
     listener.start()
 
     def end():
-        global _watched
+        global _end_watch
         signal.set_wakeup_fd(wakeup)
         for number, handler in handlers.items():
             # None: a handler of Blender's own, in C, which Python cannot put back
@@ -58,9 +61,9 @@ def watch():
         theirs.close()  # the listener reads the end of the stream and ends
         listener.join()
         ours.close()
-        _watched = None
+        _end_watch = None
 
-    _watched = end
+    _end_watch = end
     return end
 
 
@@ -68,28 +71,24 @@ def _hear(*_):
     """Nothing: the listener hears it too."""
 
 
+def watched() -> bool:
+    """Whether watch() is in force."""
+    return _end_watch is not None
+
+
 @contextlib.contextmanager
-def importing():
-    """Around the import of Blender as a module: it takes Ctrl-C for itself, and makes a temporary folder of its own."""
-    if not _watched or "bpy" in sys.modules:
+def importing_blender() -> Iterator[None]:
+    """Around the import of Blender as a module, which takes Ctrl-C for itself: watch() hears it all the same."""
+    if not watched() or "bpy" in sys.modules:
         yield
         return
     blocks = hasattr(signal, "sigwait")  # not on Windows
     if blocks:
         signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         threading.Thread(target=lambda: _stop(signal.sigwait({signal.SIGINT})), daemon=True).start()
-    former = os.environ.get("TMPDIR")
-    with contextlib.suppress(OSError):
-        from .files import temporary
-
-        # what is in it goes with it, however early the end, and after kill -9 with the next run
-        os.environ["TMPDIR"] = str(_kept.enter_context(temporary()))
     try:
         yield
     finally:
-        os.environ.pop("TMPDIR", None)
-        if former is not None:
-            os.environ["TMPDIR"] = former
         signal.signal(signal.SIGINT, _hear)
         if blocks:
             signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
@@ -100,7 +99,7 @@ def _ignored(number):
 
 
 @contextlib.contextmanager
-def interruptible():
+def interruptible() -> Iterator[None]:
     """Within, those signals end the process at once, as watch() has it."""
     end = watch()
     try:
@@ -111,24 +110,24 @@ def interruptible():
 
 
 @contextlib.contextmanager
-def begun(clean_up):
+def cleaned_up(clean_up: Callable[[], None]) -> Iterator[None]:
     """Call `clean_up` at the end of the block, or where those signals end the process within it."""
-    with step():
-        _begun.append(clean_up)
+    with atomic():
+        _clean_ups.append(clean_up)
     try:
         yield
     finally:
-        with step():
+        with atomic():
             clean_up()
-            _begun.remove(clean_up)
+            _clean_ups.remove(clean_up)
 
 
-def step():
+def atomic() -> contextlib.AbstractContextManager:
     """A context for a short step of which there is no half: the end of the process waits for it."""
-    return _steps
+    return _atomic
 
 
-def leave(code):
+def leave(code: int) -> NoReturn:
     """End the process with that exit code, without Blender's noise about memory that it still holds."""
     if "bpy" not in sys.modules:
         atexit._run_exitfuncs()  # matplotlib's folder, where there is no home; Blender's own make the noise
@@ -137,7 +136,7 @@ def leave(code):
 
 
 def _stop(number):
-    _steps.acquire(timeout=PATIENCE)  # for good: nothing is begun any more
+    _atomic.acquire(timeout=PATIENCE)  # for good: nothing is begun any more
     _clear_away()
     with contextlib.suppress(OSError):  # nobody listens any more
         os.write(2, b"\n" * os.isatty(2) + b"nimray: stopped.\n")
@@ -145,7 +144,7 @@ def _stop(number):
 
 
 def _clear_away():
-    for clean_up in reversed(_begun):
+    for clean_up in reversed(_clean_ups):
         with contextlib.suppress(Exception):
             clean_up()
     # Blender takes its own away only where it ends by itself
@@ -154,8 +153,8 @@ def _clear_away():
         remove(folder)
 
 
-def remove(folder):
-    """Take a folder (Path) away with all that is in it, also while another thread still writes into it."""
+def remove(folder: Path) -> None:
+    """Take a folder away with all that is in it, also while another thread still writes into it."""
     with contextlib.suppress(OSError):
         # under a name that the other does not know
         folder = folder.rename(folder.with_name(f"{folder.name}.gone"))

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..base import records
 from ..base.files import files_to, is_full, temporary
-from ..base.signals import step
+from ..base.signals import atomic
 from ..base.streams import quiet
 
 # The attribute of our images that holds, as JSON, everything that made them.
@@ -96,7 +96,7 @@ def _check_metadata(metadata, part):
 
 def _save_blend(scene, file):
     try:
-        with quiet(), quiet(2), step():
+        with quiet(), quiet(2), atomic():
             bpy.ops.wm.save_as_mainfile(filepath=str(file), compress=True, copy=True)
             # which reads it to its end: that it is saved Blender says on a full disk, too
             with bpy.data.libraries.load(str(file)) as (saved, _):
@@ -135,7 +135,7 @@ def _render(scene, linear, shown, progress):
 def _save(result, path, scene):
     try:
         # Blender makes folders that are missing: it would make the one anew that is just taken away
-        with quiet(2), step():
+        with quiet(2), atomic():
             result.save_render(str(path), scene=scene)
     except RuntimeError:
         raise _cut_off(path) from None

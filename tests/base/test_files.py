@@ -227,7 +227,7 @@ def test_a_signal_leaves_nothing(how, tmp_path):
 def test_the_end_waits_for_a_step(tmp_path):
     """Blender makes a folder anew that was taken away while it wrote a picture."""
     words = """from nim_addon.base import signals; import time
-    with signals.step():
+    with signals.atomic():
         os.kill(os.getpid(), signal.SIGTERM)
         end = time.monotonic() + 0.5
         while time.monotonic() < end:

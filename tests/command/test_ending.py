@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from nim_addon.base import signals
+from nim_addon.command import blender
 
 ROOT = Path(__file__).parents[2]
 
@@ -112,7 +113,9 @@ sys.meta_path.insert(0, Late())
 
 def test_a_second_import_of_blender_makes_no_folder(empty_file, monkeypatch, tmp_path):
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    with signals.interruptible(), signals.importing():
+    with signals.interruptible():
+        assert signals.watched()
+        blender.load()
         assert not list(tmp_path.iterdir())
 
 

@@ -14,7 +14,7 @@ from ..cycles.animation import curves_of
 from ..cycles.material import asked_interfaces
 from ..cycles.problem import LINKED, Problem
 from ..cycles.visibility import asked, end_of, value_of
-from ..physics.media import LEAST, MOST
+from ..physics.media import LEAST_MAGNITUDE, MOST_MAGNITUDE
 from .sight import Sight
 
 NUMBERS = ("Index Inside", "Permeability Inside", "Index Outside", "Permeability Outside")
@@ -90,9 +90,9 @@ def _wrong_number(sight, setting):
     values = over_time(setting, sight.scene)
     where = {"material": setting.material.name, "socket": setting.name}
     for frame, value in values:
-        if LEAST <= abs(value) <= MOST:  # which what is no number is not
+        if LEAST_MAGNITUDE <= abs(value) <= MOST_MAGNITUDE:  # which what is no number is not
             continue
-        if abs(value) < LEAST:
+        if abs(value) < LEAST_MAGNITUDE:
             text = "{material}: {socket} is {value}, which refracts nothing."
             if frame is not None:
                 text = "{material}: {socket} is {value} on frame {frame}, which refracts nothing."

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import bpy
 
 from ..physics import MEDIA, Interface, Medium
-from ..physics.media import LEAST, MOST
+from ..physics.media import LEAST_MAGNITUDE, MOST_MAGNITUDE
 from .closures import INTERFACE
 from .closures.backends import osl_available, resolve
 from .nodes import empty_tree
@@ -125,7 +125,7 @@ def interface_of(node: bpy.types.Node, path: tuple = ()) -> Interface | None:
     media = []
     for side in ("Inside", "Outside"):
         n, mu = (number_of(node.inputs[f"{quantity} {side}"], path) for quantity in ("Index", "Permeability"))
-        if n is None or mu is None or not all(LEAST <= abs(value) <= MOST for value in (n, mu)):
+        if n is None or mu is None or not all(LEAST_MAGNITUDE <= abs(value) <= MOST_MAGNITUDE for value in (n, mu)):
             return None
         media.append(Medium(n, math.copysign(mu, n)))
     return Interface(*media)

@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The interface between two media: signed Snell law and Fresnel equations in impedances, for all four pairs of signs."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from .media import Medium
 
@@ -13,10 +16,10 @@ from .media import Medium
 class Fresnel(NamedTuple):
     """Power reflectances of s- and p-polarised light, and reflectance and transmittance of unpolarised light."""
 
-    R_s: np.ndarray
-    R_p: np.ndarray
-    R: np.ndarray
-    T: np.ndarray
+    R_s: NDArray
+    R_p: NDArray
+    R: NDArray
+    T: NDArray
 
 
 def _cos_t(n_i, n_t, cos_i):
@@ -35,7 +38,8 @@ def _cosine(cos_i):
     return cos_i
 
 
-def _unit(vectors):
+def unit(vectors: ArrayLike) -> NDArray:
+    """Vectors (..., 3), of any length but zero, made of length 1; ValueError where one is zero or not finite."""
     vectors = np.asarray(vectors, float)
     longest = np.max(np.abs(vectors), axis=-1, keepdims=True)
     if not np.all((longest > 0) & np.isfinite(longest)):
@@ -54,16 +58,16 @@ class Interface:
     inside: Medium
     outside: Medium = Medium(1.0)
 
-    def reversed(self):
+    def reversed(self) -> Interface:
         """The same surface seen from inside."""
         return Interface(self.outside, self.inside)
 
     @property
-    def bends_backwards(self):
+    def bends_backwards(self) -> bool:
         """Whether a ray leaves on the same side of the normal it came from: the two indices differ in sign."""
         return self.inside.is_nim != self.outside.is_nim
 
-    def refract(self, d, normal):
+    def refract(self, d: ArrayLike, normal: ArrayLike) -> NDArray:
         """Directions of the transmitted rays, by the signed Snell law (thesis 2.2 to 2.4).
 
         d:      (..., 3) directions the light travels in, of any length but zero
@@ -71,7 +75,7 @@ class Interface:
         Returns (..., 3) unit vectors, NaN where the light is totally reflected. A ray with d . normal > 0 arrives
         from inside. The arguments broadcast. Raises ValueError for a vector that is zero or not finite.
         """
-        d, normal = np.broadcast_arrays(_unit(d), _unit(normal))
+        d, normal = np.broadcast_arrays(unit(d), unit(normal))
         along = np.sum(d * normal, axis=-1, keepdims=True)
         # from here on the normal stands against the ray, as in thesis figure 2.1
         normal = np.where(along > 0, -normal, normal)
@@ -82,7 +86,7 @@ class Interface:
         t = (n_i / n_t) * (d + cos_i * normal) - cos_t * normal
         return np.where(cos_t > 0, t, np.nan)
 
-    def fresnel(self, cos_i):
+    def fresnel(self, cos_i: ArrayLike) -> Fresnel:
         """Reflectance and transmittance for light arriving from outside (thesis 4.2, 4.3, 4.16, 4.21).
 
         cos_i: (...) cosines of the angle of incidence, in [0, 1]; ValueError otherwise.
@@ -100,7 +104,7 @@ class Interface:
         R = (R_s + R_p) / 2
         return Fresnel(R_s, R_p, R, 1 - R)
 
-    def theta_t(self, theta_i):
+    def theta_t(self, theta_i: ArrayLike) -> NDArray:
         """Signed angle of transmission, radians, for light from outside at `theta_i` (...) in [0, pi/2] (thesis 2.3).
 
         Negative where the interface bends backwards, NaN in total reflection.
@@ -110,12 +114,12 @@ class Interface:
         with np.errstate(invalid="ignore"):
             return np.where(np.abs(sine) < 1, np.arcsin(sine), np.nan)
 
-    def critical_angle(self):
+    def critical_angle(self) -> float | None:
         """Angle of incidence, radians, from which light from outside is totally reflected (thesis 2.9); None if never."""
         ratio = abs(self.inside.n / self.outside.n)
         return math.asin(ratio) if ratio < 1 else None
 
-    def brewster_angle(self, polarization="p"):
+    def brewster_angle(self, polarization: str = "p") -> float | None:
         """Angle of incidence, radians, at which light of that polarisation ("p" or "s") is not reflected; None if nowhere.
 
         Setting r_p = 0 (thesis 4.3) and Snell's law give sin^2 = (Z_i^2 - Z_t^2) / (Z_i^2 - q^2 Z_t^2), q = n_i / n_t;
@@ -135,7 +139,7 @@ class Interface:
         return math.asin(math.sqrt(above / below))
 
 
-def povray_reflectance(n_i, n_t, cos_i):
+def povray_reflectance(n_i: ArrayLike, n_t: ArrayLike, cos_i: ArrayLike) -> NDArray:
     """Unpolarised reflectance as POV-Ray computes it (thesis A.1 to A.3), for comparison.
 
     n_i, n_t, cos_i: (...), broadcast. It knows no permeability: it agrees with Interface.fresnel where |mu| is the same

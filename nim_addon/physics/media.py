@@ -1,28 +1,34 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Media: isotropic, homogeneous, without loss, described by a signed refractive index and a permeability."""
 
+from __future__ import annotations
+
 import difflib
 import math
 import re
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import TypeVar
 
-LEAST, MOST = 1e-6, 1e6  # of |n| and |mu|: beyond, their squares and ratios leave the numbers that are computed with
+# Of |n| and |mu|: beyond, their squares and ratios leave the numbers that are computed with.
+LEAST_MAGNITUDE, MOST_MAGNITUDE = 1e-6, 1e6
+
+Number = TypeVar("Number", int, float)
 
 
-def plain_minus(text):
+def plain_minus(text: str) -> str:
     """The text with the minus sign that keyboards have, which Python reads, in the place of the true one."""
     return text.replace("\N{MINUS SIGN}", "-")
 
 
-def to_number(text, kind=float):
+def to_number(text: str, type_: type[Number] = float) -> Number:
     """The float, or the int, that a person wrote; ValueError where it is none, or what only Python reads, as 1_5."""
     if "_" in text:
         raise ValueError(text)
-    return kind(plain_minus(text))
+    return type_(plain_minus(text))
 
 
-def _finite(name, value):
+def _finite(name: str, value: float | str) -> float:
     try:
         number = to_number(value) if isinstance(value, str) else float(value)
     except (TypeError, ValueError):
@@ -32,33 +38,35 @@ def _finite(name, value):
     return number
 
 
-def _check_range(name, value):
-    if not LEAST <= abs(value) <= MOST:
-        raise ValueError(f"{name} = {value:g} is out of range; |{name}| lies between {LEAST:g} and {MOST:g}.")
+def _check_range(name: str, value: float):
+    if not LEAST_MAGNITUDE <= abs(value) <= MOST_MAGNITUDE:
+        raise ValueError(
+            f"{name} = {value:g} is out of range; |{name}| lies between {LEAST_MAGNITUDE:g} and {MOST_MAGNITUDE:g}."
+        )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class Medium:
     """A medium of refractive index `n` and relative permeability `mu`, both without unit.
 
     `mu` defaults to the sign of `n`: 1 for a dielectric, -1 for a negative-index material (thesis 4, after Veselago).
-    Raises ValueError for n = 0, for NaN and infinities, for what is not between LEAST and MOST in magnitude, and for a
-    `mu` whose sign is not that of `n`.
+    Raises ValueError for n = 0, for NaN and infinities, for what is not between LEAST_MAGNITUDE and MOST_MAGNITUDE,
+    and for a `mu` whose sign is not that of `n`. Both may be the words of a person, such as "-1.33".
     """
 
     n: float
-    mu: float = None
+    mu: float
 
-    def __post_init__(self):
-        n = _finite("n", self.n)
+    def __init__(self, n: float | str, mu: float | str | None = None):
+        n = _finite("n", n)
         if n == 0:
             raise ValueError("n = 0 refracts nothing; give a positive index, or a negative one for a NIM.")
         _check_range("n", n)
-        mu = math.copysign(1.0, n) if self.mu is None else _finite("mu", self.mu)
+        mu = math.copysign(1.0, n) if mu is None else _finite("mu", mu)
         if mu * n <= 0:
-            kind, sign = ("negative", "below") if n < 0 else ("positive", "above")
+            word, sign = ("negative", "below") if n < 0 else ("positive", "above")
             raise ValueError(
-                f"mu = {mu:g} does not go with n = {n:g}: a {kind} index needs mu {sign} 0 "
+                f"mu = {mu:g} does not go with n = {n:g}: a {word} index needs mu {sign} 0 "
                 f"(leave mu out to get {math.copysign(1, n):+.0f})."
             )
         _check_range("mu", mu)
@@ -66,22 +74,22 @@ class Medium:
         object.__setattr__(self, "mu", mu)
 
     @property
-    def impedance(self):
+    def impedance(self) -> float:
         """Wave impedance relative to vacuum, |mu| / |n|: positive for every medium (thesis 4.12, 4.13)."""
         return abs(self.mu / self.n)
 
     @property
-    def epsilon(self):
+    def epsilon(self) -> float:
         """Relative permittivity n^2 / mu: it has the sign of n (thesis 2.5)."""
         return self.n * self.n / self.mu
 
     @property
-    def is_nim(self):
+    def is_nim(self) -> bool:
         """Whether this is a negative-index material (n < 0 and mu < 0)."""
         return self.n < 0
 
     @classmethod
-    def parse(cls, text):
+    def parse(cls, text: str | Medium) -> Medium:
         """The medium a person wrote: a name of MEDIA, an index ("-1.33"), or "n=-1.33,mu=-10".
 
         Raises ValueError with the names that exist, the nearest first, when `text` is none of these.
@@ -105,7 +113,7 @@ class Medium:
             f"there is no medium {word!r}; {hint} are {', '.join(MEDIA)}, an index such as -1.33, or n=-1.33,mu=-10."
         )
 
-    def __str__(self):
+    def __str__(self) -> str:
         n, mu = (repr(number).removesuffix(".0") for number in (self.n, self.mu))  # shortest that reads back the same
         return f"n={n}" if abs(self.mu) == 1 else f"n={n},mu={mu}"
 

@@ -4,16 +4,20 @@
 Rays are straight, media isotropic and without loss, light unpolarised at every interface (thesis 4.16).
 """
 
+from __future__ import annotations
+
 import enum
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-from .interface import Interface, _unit
+from .interface import Interface, unit
 
 # More segments than this are a mistake in the settings rather than a drawing.
-MOST = 100_000
+MOST_SEGMENTS = 100_000
 
 
 class Kind(enum.IntEnum):
@@ -41,9 +45,9 @@ class Hit(NamedTuple):
     which:    (N,) index into the surfaces' `interfaces`, -1 where the surface is opaque
     """
 
-    distance: np.ndarray
-    normal: np.ndarray
-    which: np.ndarray
+    distance: NDArray
+    normal: NDArray
+    which: NDArray
 
 
 class Paths(NamedTuple):
@@ -59,44 +63,68 @@ class Paths(NamedTuple):
     lost:       (N,) energy of the branches that were not followed; with all ends of a ray it makes 1
     """
 
-    start: np.ndarray
-    end: np.ndarray
-    energy: np.ndarray
-    n: np.ndarray
-    depth: np.ndarray
-    kind: np.ndarray
-    fate: np.ndarray
-    ray: np.ndarray
-    parent: np.ndarray
-    lost: np.ndarray
+    start: NDArray
+    end: NDArray
+    energy: NDArray
+    n: NDArray
+    depth: NDArray
+    kind: NDArray
+    fate: NDArray
+    ray: NDArray
+    parent: NDArray
+    lost: NDArray
 
     @property
-    def direction(self):
+    def direction(self) -> NDArray:
         """(S, 3) unit vectors the light travels in."""
-        return _unit(self.end - self.start)
+        return unit(self.end - self.start)
 
 
 class _Front(NamedTuple):
     """The segments of one depth before it is known where they end; `cast` is where the search for that begins."""
 
-    start: np.ndarray
-    cast: np.ndarray
-    direction: np.ndarray
-    energy: np.ndarray
-    n: np.ndarray
-    kind: np.ndarray
-    ray: np.ndarray
-    parent: np.ndarray
+    start: NDArray
+    cast: NDArray
+    direction: NDArray
+    energy: NDArray
+    n: NDArray
+    kind: NDArray
+    ray: NDArray
+    parent: NDArray
 
-    def __getitem__(self, chosen):
-        return _Front(*(column[chosen] for column in tuple(self)))
+    def chosen(self, rows: NDArray) -> _Front:
+        """Those of some rows: their indices, or a mask."""
+        return _Front(*(column[rows] for column in self))
 
 
-def trace(surfaces, origins, directions, *, bounces=8, least=1e-3, branches=True, reach=1.0, gap=1e-9, most=MOST):
-    """Follow rays through interfaces; returns Paths.
+class Surfaces(Protocol):
+    """What trace() takes: Shapes here, or anything else that can cast rays.
 
-    surfaces:   has `interfaces`, a sequence of Interface, and `hit(origins, directions)` that returns a Hit: Shapes
-                here, or anything else that can cast rays
+    interfaces: those that Hit.which counts; None at the places of what is opaque
+    """
+
+    @property
+    def interfaces(self) -> Sequence[Interface | None]: ...
+
+    def hit(self, origins: NDArray, directions: NDArray, /) -> Hit:
+        """The nearest Hit of rays from origins (N, 3) along unit directions (N, 3)."""
+        ...
+
+
+def trace(
+    surfaces: Surfaces,
+    origins: ArrayLike,
+    directions: ArrayLike,
+    *,
+    bounces: int = 8,
+    least: float = 1e-3,
+    branches: bool = True,
+    reach: float = 1.0,
+    gap: float = 1e-9,
+    most: int = MOST_SEGMENTS,
+) -> Paths:
+    """Follow rays through interfaces.
+
     origins:    (N, 3) or (3,); directions: (N, 3) or (3,), of any length but zero; they broadcast
     bounces:    how many interfaces one path may cross or be reflected by
     least:      a branch with less of the ray's energy is not followed
@@ -109,7 +137,7 @@ def trace(surfaces, origins, directions, *, bounces=8, least=1e-3, branches=True
     if not bounces >= 0 or not 0 <= least < 1 or not reach > 0 or not gap >= 0:
         raise ValueError("bounces and gap must be 0 or more, least in [0, 1) and reach above 0.")
     origins, directions = np.broadcast_arrays(
-        np.atleast_2d(np.asarray(origins, float)), np.atleast_2d(_unit(directions))
+        np.atleast_2d(np.asarray(origins, float)), np.atleast_2d(unit(directions))
     )
     count = len(origins)
     sources = np.full(count, -1)
@@ -118,55 +146,87 @@ def trace(surfaces, origins, directions, *, bounces=8, least=1e-3, branches=True
     levels, total = [], 0
     for depth in range(bounces + 1):
         hit = surfaces.hit(front.cast, front.direction)
-        met = np.isfinite(hit.distance)
-        crossed = met & (hit.which >= 0)
-        end = np.where(
-            met[:, None],
-            front.cast + np.where(met, hit.distance, 0)[:, None] * front.direction,
-            front.start + reach * front.direction,
-        )
-        at = np.select([~met, ~crossed], [Fate.ESCAPED, Fate.LANDED], Fate.SPLIT if depth < bounces else Fate.STOPPED)
-        # an interface knows the medium a ray comes from; where there is none, the one it was last seen in
-        n = front.n.copy()
-        children = []
-        for which in np.unique(hit.which[crossed]):
-            interface = surfaces.interfaces[which]
-            chosen = np.flatnonzero(crossed & (hit.which == which))
-            from_inside = np.sum(front.direction[chosen] * hit.normal[chosen], axis=1) > 0
-            n[chosen] = np.where(from_inside, interface.inside.n, interface.outside.n)
-            if depth < bounces:
-                children += _split(interface, front[chosen], end[chosen], hit.normal[chosen], chosen + total, gap)
+        end, fate = _ends(front, hit, reach, depth == bounces)
+        n, children = _cross(surfaces.interfaces, front, hit, end, depth == bounces, total, gap)
         levels.append(
-            (front.start, end, front.energy, n, np.full(len(n), depth), front.kind, at, front.ray, front.parent)
+            (front.start, end, front.energy, n, np.full(len(n), depth), front.kind, fate, front.ray, front.parent)
         )
         total += len(n)
         if not children:
             break
         front = _Front(*(np.concatenate(columns) for columns in zip(*children, strict=True)))
-        followed = (front.energy > 0) & (front.energy >= least)
-        if not branches:
-            # a transmitted branch of no energy: its reflected sister is all there is
-            passes = np.isin(front.parent, front.parent[(front.kind == Kind.TRANSMITTED) & (front.energy > 0)])
-            followed &= (front.kind == Kind.TRANSMITTED) | ~passes
+        followed = _followed(front, least, branches)
         np.add.at(lost, front.ray[~followed], front.energy[~followed])
-        front = front[followed]
+        front = front.chosen(followed)
         if total + len(front.ray) > most:
             raise ValueError(
                 f"the rays split into more than {most} segments; take fewer rays or bounces, or a higher least energy."
             )
         if not len(front.ray):
             break
-    return Paths(*(np.concatenate(columns) for columns in zip(*levels, strict=True)), lost)
+    return Paths(*(np.concatenate(columns) for columns in zip(*levels, strict=True)), lost=lost)
 
 
-def _split(interface, front, point, normal, parent, gap):
+def _ends(front: _Front, hit: Hit, reach: float, is_last: bool) -> tuple[NDArray, NDArray]:
+    """Where segments end, (N, 3), and their fates (N,)."""
+    met = np.isfinite(hit.distance)
+    end = np.where(
+        met[:, None],
+        front.cast + np.where(met, hit.distance, 0)[:, None] * front.direction,
+        front.start + reach * front.direction,
+    )
+    at_interface = Fate.STOPPED if is_last else Fate.SPLIT
+    return end, np.select([~met, hit.which < 0], [Fate.ESCAPED, Fate.LANDED], at_interface)
+
+
+def _cross(
+    interfaces: Sequence[Interface | None],
+    front: _Front,
+    hit: Hit,
+    end: NDArray,
+    is_last: bool,
+    total: int,
+    gap: float,
+) -> tuple[NDArray, list[_Front]]:
+    """The index (N,) that segments turn out to run in, and the _Fronts that come of them.
+
+    total: how many segments lie before the first of these
+    """
+    # an interface knows the medium a ray comes from; where there is none, the one it was last seen in
+    n, children = front.n.copy(), []
+    crossed = np.isfinite(hit.distance) & (hit.which >= 0)
+    for which in np.unique(hit.which[crossed]):
+        interface = interfaces[which]
+        assert interface is not None  # by Hit.which
+        rows = np.flatnonzero(crossed & (hit.which == which))
+        from_inside = np.sum(front.direction[rows] * hit.normal[rows], axis=1) > 0
+        n[rows] = np.where(from_inside, interface.inside.n, interface.outside.n)
+        if not is_last:
+            children += _split(interface, front.chosen(rows), end[rows], hit.normal[rows], rows + total, gap)
+    return n, children
+
+
+def _followed(front: _Front, least: float, branches: bool) -> NDArray:
+    """Which branches, (N,), are followed: `least` and `branches` as trace() takes them."""
+    followed = (front.energy > 0) & (front.energy >= least)
+    if not branches:
+        # where the transmitted branch has no energy, the reflected one is all there is
+        transmitted = front.kind == Kind.TRANSMITTED
+        splits = np.isin(front.parent, front.parent[transmitted & (front.energy > 0)])
+        followed &= transmitted | ~splits
+    return followed
+
+
+def _split(
+    interface: Interface, front: _Front, point: NDArray, normal: NDArray, parent: NDArray, gap: float
+) -> list[_Front]:
     """The reflected and the transmitted _Front of rays that meet `interface` at `point` (N, 3)."""
     d = front.direction
     along = np.sum(d * normal, axis=1)
     from_inside = along > 0
     cos_i = np.minimum(np.abs(along), 1.0)
     R = np.where(from_inside, interface.reversed().fresnel(cos_i).R, interface.fresnel(cos_i).R)
-    mirrored = _unit(d - 2 * along[:, None] * normal)
+    mirrored = unit(d - 2 * along[:, None] * normal)
     refracted = interface.refract(d, normal)
     passes = np.isfinite(refracted).all(axis=1)
     R = np.where(passes, R, 1.0)
@@ -183,33 +243,41 @@ def _split(interface, front, point, normal, parent, gap):
     ]
 
 
-def _dot(a, b):
+def _dot(a: NDArray, b: NDArray) -> NDArray:
     return np.sum(a * b, axis=-1)
 
 
-def _first(roots):
+def _first(roots: NDArray) -> NDArray:
     """The smallest of the distances (K, N) that lies ahead, inf where none does."""
     with np.errstate(invalid="ignore"):
         return np.min(np.where(roots > 0, roots, np.inf), axis=0)
+
+
+def _roots(away: NDArray, along: NDArray, radius: float, square: NDArray | float = 1.0) -> NDArray:
+    """Distances (2, N), in order, at which away + distance * along, each (N, 3), is of length `radius`; NaN where never.
+
+    square: (N,) of the lengths of `along`
+    """
+    b = _dot(away, along) / square
+    # where it is nearest, by the vector and not by |away|^2 - b^2, which cancels far away
+    nearest = away - b[:, None] * along
+    half = np.sqrt((np.square(radius) - _dot(nearest, nearest)) / square)
+    return np.stack([-b - half, -b + half])
 
 
 @dataclass(frozen=True)
 class Sphere:
     """A sphere whose normals point away from `center`; opaque where `interface` is None."""
 
-    center: tuple
+    center: ArrayLike
     radius: float
     interface: Interface | None = None
 
-    def meet(self, o, d):
+    def meet(self, o: NDArray, d: NDArray) -> tuple[NDArray, NDArray]:
         """Distances (N,), inf where there is nothing, and normals (N, 3) of rays from o (N, 3) along unit d (N, 3)."""
         away = o - np.asarray(self.center, float)
-        b = _dot(away, d)
-        # the distance of the line from the centre, by the vector and not by |away|^2 - b^2, which cancels far away
-        nearest = away - b[:, None] * d
         with np.errstate(invalid="ignore"):
-            half = np.sqrt(np.square(self.radius) - _dot(nearest, nearest))
-        distance = _first(np.stack([-b - half, -b + half]))
+            distance = _first(_roots(away, d, self.radius))
         reached = np.where(np.isfinite(distance), distance, 0)[:, None]
         return distance, (away + reached * d) / self.radius
 
@@ -218,13 +286,13 @@ class Sphere:
 class Plane:
     """A plane without end through `point`, its normal of any length; opaque where `interface` is None."""
 
-    point: tuple
-    normal: tuple
+    point: ArrayLike
+    normal: ArrayLike
     interface: Interface | None = None
 
-    def meet(self, o, d):
+    def meet(self, o: NDArray, d: NDArray) -> tuple[NDArray, NDArray]:
         """As Sphere.meet."""
-        normal = _unit(self.normal)
+        normal = unit(self.normal)
         along = _dot(d, normal)
         with np.errstate(divide="ignore", invalid="ignore"):
             distance = _first(_dot(np.asarray(self.point, float) - o, normal)[None] / along)
@@ -235,23 +303,20 @@ class Plane:
 class Cylinder:
     """The wall of a cylinder from `start` to `end`, without its caps; normals point away from the axis."""
 
-    start: tuple
-    end: tuple
+    start: ArrayLike
+    end: ArrayLike
     radius: float
     interface: Interface | None = None
 
-    def meet(self, o, d):
+    def meet(self, o: NDArray, d: NDArray) -> tuple[NDArray, NDArray]:
         """As Sphere.meet."""
         start, end = np.asarray(self.start, float), np.asarray(self.end, float)
-        axis = _unit(end - start)
+        axis = unit(end - start)
         # across the axis it is a circle
         away = (o - start) - _dot(o - start, axis)[:, None] * axis
         across = d - _dot(d, axis)[:, None] * axis
-        a, b = _dot(across, across), _dot(away, across)
         with np.errstate(divide="ignore", invalid="ignore"):
-            nearest = away - (b / a)[:, None] * across
-            half = np.sqrt((np.square(self.radius) - _dot(nearest, nearest)) / a)
-            roots = np.stack([-b / a - half, -b / a + half])
+            roots = _roots(away, across, self.radius, _dot(across, across))
             height = _dot(o - start, axis) + roots * _dot(d, axis)
         distance = _first(np.where((height >= 0) & (height <= np.linalg.norm(end - start)), roots, np.inf))
         reached = np.where(np.isfinite(distance), distance, 0)[:, None]
@@ -262,18 +327,19 @@ class Cylinder:
 class Convex:
     """A solid with flat faces and no hollow, each face by a point on it and its normal, of any length, outwards."""
 
-    points: tuple
-    normals: tuple
+    points: ArrayLike
+    normals: ArrayLike
     interface: Interface | None = None
 
-    def meet(self, o, d):
+    def meet(self, o: NDArray, d: NDArray) -> tuple[NDArray, NDArray]:
         """As Sphere.meet."""
-        normals = _unit(self.normals)
+        normals = unit(self.normals)
         along = d @ normals.T
         gap = np.sum(np.asarray(self.points, float) * normals, axis=1) - o @ normals.T
         with np.errstate(divide="ignore", invalid="ignore"):
             distances = gap / along
-        # inside it is who has passed every face that is turned to him, and none that is turned away
+        # A line is inside the solid from the last of the planes that it enters by (their normals are against it) to the
+        # first of those it leaves by; if it leaves before it has entered, it passes by, as it does beside a parallel plane.
         entries = np.where(along < 0, distances, -np.inf)
         exits = np.where(along > 0, distances, np.inf)
         first, last = np.max(entries, axis=1), np.min(exits, axis=1)
@@ -284,15 +350,26 @@ class Convex:
         return np.where(meets, np.where(enters, first, last), np.inf), normals[face]
 
 
-class Shapes:
-    """Several shapes as one: what trace() takes. A shape has `interface` and `meet(origins, directions)`."""
+class Shape(Protocol):
+    """One of the Shapes; opaque where `interface` is None."""
 
-    def __init__(self, *shapes):
+    @property
+    def interface(self) -> Interface | None: ...
+
+    def meet(self, o: NDArray, d: NDArray, /) -> tuple[NDArray, NDArray]:
+        """As Sphere.meet."""
+        ...
+
+
+class Shapes:
+    """Several shapes as one: what trace() takes."""
+
+    def __init__(self, *shapes: Shape):
         self.shapes = shapes
         self.interfaces = [shape.interface for shape in shapes]
         self._which = np.array([-1 if shape.interface is None else i for i, shape in enumerate(shapes)])
 
-    def hit(self, origins, directions):
+    def hit(self, origins: NDArray, directions: NDArray) -> Hit:
         """The nearest Hit of rays from origins (N, 3) along unit directions (N, 3)."""
         distances, normals = zip(*(shape.meet(origins, directions) for shape in self.shapes), strict=True)
         nearest = np.argmin(distances, axis=0)

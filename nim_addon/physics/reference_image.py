@@ -1,12 +1,43 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A whole picture by rays.trace: what each pixel must show where every surface and the sky shine by a known law."""
 
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Protocol
+
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-from .rays import Fate, trace
+from .rays import Fate, Surfaces, trace
+
+Radiance = Callable[[NDArray, NDArray, NDArray], NDArray]
 
 
-def picture(surfaces, radiance, eye, directions, *, bounces=40, least=1e-5, branches=True, batch=50_000):
+class Camera(Protocol):
+    """What passes() looks through."""
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height in pixels."""
+        ...
+
+    def rays(self, columns: NDArray, rows: NDArray, /) -> tuple[ArrayLike, NDArray]:
+        """The eye (3,), and the directions (..., 3) to places (...) in the picture, counted in pixels."""
+        ...
+
+
+def picture(
+    surfaces: Surfaces,
+    radiance: Radiance,
+    eye: ArrayLike,
+    directions: NDArray,
+    *,
+    bounces: int = 40,
+    least: float = 1e-5,
+    branches: bool = True,
+    batch: int = 50_000,
+) -> NDArray:
     """What an eye sees along some rays.
 
     surfaces:   as trace() takes them; what has no interface is opaque and shines
@@ -25,22 +56,25 @@ def picture(surfaces, radiance, eye, directions, *, bounces=40, least=1e-5, bran
         light = radiance(paths.end[ends], paths.direction[ends], paths.fate[ends] == Fate.LANDED)
         share = paths.energy[ends, None] * light
         ray = paths.ray[ends]
-        parts.append(np.stack([np.bincount(ray, one, len(rays)) for one in share.T], axis=-1))
+        parts.append(np.stack([np.bincount(ray, channel, len(rays)) for channel in share.T], axis=-1))
     return np.concatenate(parts)
 
 
-def passes(surfaces, radiance, camera, count, *, seed=0, **limits):
+def passes(
+    surfaces: Surfaces, radiance: Radiance, camera: Camera, count: int, *, seed: int = 0, **limits: Any
+) -> NDArray:
     """Pictures (count, H, W, C), each of one ray at a random place in every pixel: their scatter is the mean's error.
 
-    camera: has `size` (width, height) and `rays(columns, rows)`, which returns the eye and directions
     limits: as picture() takes them
     """
     width, height = camera.size
     rows, columns = np.indices((height, width))
     random = np.random.default_rng(seed)
-    made = []
+    pictures = []
     for _ in range(count):
         x, y = random.random((2, height, width))
         eye, directions = camera.rays(columns + x, rows + y)
-        made.append(picture(surfaces, radiance, eye, directions.reshape(-1, 3), **limits).reshape(height, width, -1))
-    return np.stack(made)
+        pictures.append(
+            picture(surfaces, radiance, eye, directions.reshape(-1, 3), **limits).reshape(height, width, -1)
+        )
+    return np.stack(pictures)

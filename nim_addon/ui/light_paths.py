@@ -12,7 +12,7 @@ from ..cycles.casting import Meshes
 from ..cycles.nodes import Nodes, empty_tree
 from ..cycles.visibility import PATHS as MARK
 from ..cycles.visibility import as_rendered, shown
-from ..physics.rays import MOST, Fate, Kind, trace
+from ..physics.rays import MOST_SEGMENTS, Fate, Kind, trace
 from . import light_sources
 from .panels import Sidebar
 
@@ -319,7 +319,7 @@ def _traced(context, settings, depsgraph):
                 pgettext_rpt(
                     "Light paths: the rays split into more than {most} pieces; "
                     "take fewer rays or bounces, or a higher least energy"
-                ).format(most=MOST)
+                ).format(most=MOST_SEGMENTS)
             ) from None
     return surfaces, drawn
 

@@ -19,7 +19,7 @@ from ..cycles.material import (
     switch_backend,
 )
 from ..physics import MEDIA, Interface, Medium
-from ..physics.media import LEAST, MOST
+from ..physics.media import LEAST_MAGNITUDE, MOST_MAGNITUDE
 from . import curve, preferences, warnings
 from .panels import draw_sentence
 from .translations import OWN
@@ -106,7 +106,7 @@ def _complaints(node, side):
     found = []
     for socket, name, none in zip(_sockets(node, side), ("n", "mu"), (NO_INDEX, NO_PERMEABILITY), strict=True):
         value = number_of(socket)
-        if value is None or LEAST <= abs(value) <= MOST:  # which what is no number is not
+        if value is None or LEAST_MAGNITUDE <= abs(value) <= MOST_MAGNITUDE:  # which what is no number is not
             continue
         if value == 0:
             found.append(pgettext_iface(none))
@@ -118,7 +118,9 @@ def _complaints(node, side):
             text = pgettext_iface(
                 "{name} = {value} is out of range: without its sign it lies between {low} and {high}."
             )
-            found.append(text.format(name=name, value=number(value), low=number(LEAST), high=number(MOST)))
+            found.append(
+                text.format(name=name, value=number(value), low=number(LEAST_MAGNITUDE), high=number(MOST_MAGNITUDE))
+            )
     return found
 
 

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nim_addon.physics import MEDIA, Interface, Medium
-from nim_addon.physics.media import LEAST, MOST
+from nim_addon.physics.media import LEAST_MAGNITUDE, MOST_MAGNITUDE
 
 indices = st.floats(0.1, 10).flatmap(lambda n: st.sampled_from([n, -n]))
 permeabilities = st.floats(0.05, 100)
@@ -124,10 +124,10 @@ def test_parse_refuses(text, words, one_sentence):
 
 
 @pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("n", (LEAST, MOST))
-@pytest.mark.parametrize("mu", (LEAST, MOST))
+@pytest.mark.parametrize("n", (LEAST_MAGNITUDE, MOST_MAGNITUDE))
+@pytest.mark.parametrize("mu", (LEAST_MAGNITUDE, MOST_MAGNITUDE))
 def test_the_extremes_are_still_computed_with(n, mu):
-    for other in (Medium(-LEAST, -MOST), Medium(-MOST, -LEAST), Medium(1)):
+    for other in (Medium(-LEAST_MAGNITUDE, -MOST_MAGNITUDE), Medium(-MOST_MAGNITUDE, -LEAST_MAGNITUDE), Medium(1)):
         surface = Interface(Medium(n, mu), other)
         assert np.isfinite(surface.fresnel(np.linspace(0, 1, 91))).all()
         surface.critical_angle(), surface.brewster_angle(), surface.brewster_angle("s")

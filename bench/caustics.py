@@ -90,8 +90,8 @@ class Floor:
         charts = bake.tracer.charts
         from nim_addon.caustics.density import LEVELS
 
-        number = next(k for k, one in enumerate(charts) if one.thing.startswith("Basin") and one.axis == 4)
-        self.name, self.number, self.key = charts[number].thing, number, LEVELS * 2 * number
+        number = next(k for k, one in enumerate(charts) if one.name.startswith("Basin") and one.axis == 4)
+        self.name, self.number, self.key = charts[number].name, number, LEVELS * 2 * number
         self.low, self.high = np.asarray(charts[number].low, float), np.asarray(charts[number].high, float)
 
     def grid(self, cells):
@@ -104,7 +104,7 @@ class Floor:
 
         size = self.grid(cells)
         texel = (self.high - self.low)[0] / cells
-        window = Window.of([self.low.tolist(), texel, list(size), [0, 0]])
+        window = Window(self.low, texel, size)
         texture = Texture({self.key: window}, size[::-1], 0)
         return Density(bake.tracer.parts, bake.tracer.charts, {self.name: texture}, RED)
 

@@ -5,14 +5,13 @@ lights -> photons (a render from the light) -> atlas, density (textures) -> plac
 baking.Bake; digest says whether a bake still is of its scene.
 """
 
-from ..cycles.visibility import OWNER
+from ..cycles.visibility import CAUSTICS_MARK
 from .baking import PHOTONS, Bake, bake, best_way, out_of_date
 from .placing import COLLECTION, baked, clear, left
 
 __all__ = [
-    "BAKED",
+    "CAUSTICS_MARK",
     "COLLECTION",
-    "OWNER",
     "PHOTONS",
     "Bake",
     "bake",

@@ -1,11 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Charts: nearly flat pieces of surfaces, on which places can be counted in metres along two axes of the world."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import bpy
 import mathutils
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from ..cycles import meshes
 
@@ -15,34 +19,43 @@ LINES = 4  # across a cell, on each of which its surface is measured
 class Chart(NamedTuple):
     """A nearly flat piece of a surface, seen along one axis of the world.
 
-    thing: name of its object; axis: 0 to 5 for +x, -x, +y, -y, +z, -z; low, high: its bounds (2,) in metres, on the two
-    other axes in their order
+    name: of its object
+    axis: 0 to 5 for +x, -x, +y, -y, +z, -z
+    low, high: (2,) its bounds in metres, on the two other axes in their order
     """
 
-    thing: str
+    name: str
     axis: int
-    low: np.ndarray
-    high: np.ndarray
+    low: NDArray
+    high: NDArray
 
 
 class Part(NamedTuple):
-    """A mesh that light lands on: its object's name, its matrix and materials, each corner's place in the world (N, 3) and
-    chart (N,), -1 where light does not land, and the object_values.values_of() it."""
+    """A mesh that light lands on.
+
+    name:      of its object
+    mesh:      as photons meet it
+    matrix:    where it stands
+    materials: those that the object wears, by the material index of faces, None where there is none
+    corners:   (L, 3) place of each corner in the world
+    charts:    (L,) number of each corner's chart, -1 where light does not land
+    values:    object_values.values_of() it
+    """
 
     name: str
     mesh: bpy.types.Mesh
     matrix: mathutils.Matrix
-    materials: list
-    corners: np.ndarray
-    charts: np.ndarray
+    materials: list[bpy.types.Material | None]
+    corners: NDArray
+    charts: NDArray
     values: dict
 
 
-def charts_of(vertices, polygons, normals):
+def charts_of(polygons: Sequence[Sequence[int]], normals: ArrayLike) -> tuple[NDArray, NDArray]:
     """The chart of each face of a mesh: faces that share an edge and look the same way, of six ways.
 
-    vertices: (V, 3); polygons: sequences of vertex indices; normals: (F, 3)
-    Returns (F,) chart numbers from 0, and the axis of each chart.
+    polygons: the vertices of each face; normals: (F, 3) of any length
+    Returns (F,) numbers of charts from 0, and (charts,) the axis of each (Chart.axis).
     """
     normals = np.asarray(normals)
     strongest = np.abs(normals).argmax(axis=1)
@@ -65,14 +78,15 @@ def charts_of(vertices, polygons, normals):
     return number, axis[first]
 
 
-def area(parts, chart, number, low, texel, cells):
-    """Surface (height, width), m^2, of a Chart in each cell of a grid of `cells` (width, height) of side `texel`.
+def area(parts: Sequence[Part], chart: Chart, number: int, low: NDArray, texel: float, cells: ArrayLike) -> NDArray:
+    """Surface (height, width), m^2, of a Chart in each cell of a grid.
 
-    parts: the Parts that may hold it; number: of the chart in them; low: (2,) the grid's corner
+    parts: those that may hold it; number: of the chart in them
+    low: (2,) corner of the grid; texel: edge of a cell, metres; cells: (width, height)
     """
     answer = np.zeros(tuple(cells)[::-1])
     for part in parts:
-        if part.name != chart.thing or not (part.charts == number).any():
+        if part.name != chart.name or not (part.charts == number).any():
             continue
         loops = meshes.triangles(part.mesh, "loops")
         corners = part.corners[loops[part.charts[loops[:, 0]] == number]]

@@ -5,7 +5,10 @@ Photons tell where they landed by colour, which nothing on their way may change.
 absorbing volumes, has a switch: off for where photons land, on for what is left of them.
 """
 
-from typing import NamedTuple
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import bpy
 
@@ -26,50 +29,56 @@ MIRRORS = {"BSDF_GLOSSY", "BSDF_GLASS", "BSDF_REFRACTION"}
 MIXERS = {"MIX_SHADER", "ADD_SHADER"}
 
 
-class Kind(NamedTuple):
-    """What a material is to photons.
+class Effect(NamedTuple):
+    """What a material does to photons.
 
     copy:  the material that does to photons what it does to light; None where it neither bends nor mirrors nor absorbs
-    bends: whether it bends or mirrors; lands: whether light lands on it
-    reads: (kind, name) of the attributes that it reads of its object (object_values)
+    bends: whether it bends or mirrors
+    lands: whether light lands on it
+    reads: object_values.attributes_of() it
     """
 
     copy: bpy.types.Material | None
     bends: bool
     lands: bool
-    reads: set
+    reads: set[tuple[str, str]]
 
 
 class Bending:
-    """The materials that bend photons, made as they are asked for.
+    """The materials that photons meet, made as they are asked for.
 
-    group:  the interface for photons; trees: all node trees that have switches; dark: the material of what only stops light
+    group:  the interface for photons
+    trees:  all node trees that have switches
+    dark:   the material of what only stops light
     shares: of a crossing into each of the interfaces met so far, (n_outside / n_inside)^2, None where a node decides it
     tinted: whether any of them takes colour from light
     """
 
     def __init__(self):
-        self.trees, self.shares, self.tinted, self._made = [], set(), False, {}
+        self.trees: list[bpy.types.NodeTree] = []
+        self.shares: set[float | None] = set()
+        self.tinted = False
+        self._effects: dict[str | None, Effect] = {}
         self.group = self._optics()
         self.dark = bpy.data.materials.new("NIM dark")
         nodes = Nodes(empty_tree(self.dark))
         nodes.end(nodes.add("ShaderNodeHoldout"))
 
-    def of(self, material, name):
-        """What a material, or None, is to photons: a Kind.
+    def of(self, material: bpy.types.Material | None, name: str) -> Effect:
+        """What a material does to photons; name: of the object that wears it.
 
-        Raises ValueError, one sentence, where light goes through it in a way that is not traced; name: of who wears it.
+        Raises ValueError, one sentence, where light goes through it in a way that is not traced.
         """
         key = material and material.name_full
-        if key not in self._made:
+        if key not in self._effects:
             check(material, name)
             sharp = bends(material)
             copy = self._copy(material) if sharp or is_volume(material) else None
-            self._made[key] = Kind(copy, sharp, copy is None and lands(material), attributes_of(material))
-        return self._made[key]
+            self._effects[key] = Effect(copy, sharp, copy is None and lands(material), attributes_of(material))
+        return self._effects[key]
 
-    def set(self, **switches):
-        """Give the switches of that name, in all trees, a value."""
+    def set(self, **switches: float) -> None:
+        """Give the switches of those names, in all trees, a value, 0 or 1."""
         for tree in self.trees:
             for name, value in switches.items():
                 if f"NIM {name}" in tree.nodes:
@@ -84,10 +93,10 @@ class Bending:
             if is_interface(node):
                 self._note(node, path)
             trees.add(node.id_data)
-            kind = kind_of(node, path)
-            if kind == "glass":
+            closure = kind_of(node, path)
+            if closure == "glass":
                 self._vitrify(node, path)
-            elif kind == "mirror":
+            elif closure == "mirror":
                 self._tame(node, path)
             elif node.type == "EMISSION":
                 _unlinked(node.inputs["Strength"]).default_value = 0.0
@@ -179,7 +188,7 @@ class Bending:
 # ------------------------------------------------------------------------------------------------ kinds of materials
 
 
-def kind_of(node, path):
+def kind_of(node: bpy.types.Node, path: Sequence[bpy.types.Node]) -> str | None:
     """What a closure is to photons: "glass" or "mirror", where it is sharp; "diffuse", where light lands on it; "rough",
     where it lets light through otherwise; None for all else, which only stops light.
     """
@@ -218,32 +227,36 @@ def _principled(node, path):
     return "glass" if whole and sharp and tint[:3] == WHITE else "rough"
 
 
-def lands(material):
+def lands(material: bpy.types.Material | None) -> bool:
     """Whether light lands on a material: it scatters diffusely."""
-    return not has_nodes(material) or any(kind_of(*one) == "diffuse" for one in asked(material))
+    return not has_nodes(material) or any(kind_of(*node) == "diffuse" for node in asked(material))
 
 
-def mirrors_of(material):
-    """The visibility.Asked of a material that mirror or bend light sharply, as photons can; none where it also scatters."""
-    kinds = [(one, kind_of(*one)) for one in asked(material)]
-    if any(kind == "diffuse" or (kind is None and one.node.type in MIRRORS) for one, kind in kinds):
-        return []
-    return [one for one, kind in kinds if kind in ("glass", "mirror")]
+def bends(material: bpy.types.Material | None) -> bool:
+    """Whether photons are bent or mirrored by a material: by an interface, or sharply by what does not scatter too."""
+    nodes = asked(material)
+    if any(is_interface(node) for node, _ in nodes):
+        return True
+    kinds = [kind_of(*node) for node in nodes]
+    if any(
+        kind == "diffuse" or (kind is None and node.type in MIRRORS)
+        for (node, _), kind in zip(nodes, kinds, strict=True)
+    ):
+        return False
+    return "glass" in kinds or "mirror" in kinds
 
 
-def bends(material):
-    """Whether photons are bent or mirrored by a material."""
-    return any(is_interface(node) for node, _ in asked(material)) or bool(mirrors_of(material))
-
-
-def is_volume(material):
+def is_volume(material: bpy.types.Material | None) -> bool:
     """Whether a material has a volume and no surface."""
     output = material.node_tree.get_output_node("CYCLES") if has_nodes(material) else None
     return output is not None and not asked(material) and bool(asked(material, "Volume"))
 
 
-def check(material, name):
-    """Raise ValueError, one sentence, for a material by which light goes in a way that photons do not; name: who wears it."""
+def check(material: bpy.types.Material | None, name: str) -> None:
+    """Raise ValueError, one sentence, for a material by which light goes in a way that photons do not.
+
+    name: of the object that wears it
+    """
     if not has_nodes(material):
         return
     kinds = [(node, kind_of(node, path)) for node, path in asked(material)]
@@ -275,7 +288,7 @@ def check(material, name):
         )
 
 
-def absorbs(material):
+def absorbs(material: bpy.types.Material) -> bool:
     """Whether the volume of a material, where it has one, takes light and does nothing else to it."""
     return all(
         node.type == "VOLUME_ABSORPTION" or node.type in MIXERS or not _is_shader(node)
@@ -287,10 +300,10 @@ def _is_shader(node):
     return any(socket.type == "SHADER" for socket in node.outputs)
 
 
-def own_groups(tree):
+def own_groups(tree: bpy.types.NodeTree) -> list[bpy.types.NodeTree]:
     """Give a tree copies of its own of all groups in it, but interfaces, so that nodes within them can be changed.
 
-    Returns them, a list of bpy.types.NodeTree.
+    Returns the copies.
     """
     copies = []
     for node in tree.nodes:
@@ -303,7 +316,7 @@ def own_groups(tree):
 # ------------------------------------------------------------------------------------------------ nodes
 
 
-def switch(nodes, name):
+def switch(nodes: Nodes, name: str) -> bpy.types.NodeSocket:
     """The output of a tree's Value node that Bending.set() finds by that name, made where there is none."""
     name = f"NIM {name}"
     node = nodes.tree.nodes.get(name)
@@ -314,8 +327,8 @@ def switch(nodes, name):
     return node.outputs[0]
 
 
-def fed(socket):
-    """What feeds a socket: an output, or the value that it has."""
+def fed(socket: bpy.types.NodeSocket) -> Any:
+    """What feeds an input: the output that is linked to it, or its value, a float or a tuple of them."""
     if socket.is_linked:
         return socket.links[0].from_socket
     value = socket.default_value

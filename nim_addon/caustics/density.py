@@ -1,14 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Density of photons: from where each landed to power per area, in a texture for each object."""
 
+from __future__ import annotations
+
 import json
+from collections.abc import Mapping, Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from . import atlas
+from .photons import Landed
 
 # Least share of all landed photons for which a side of a chart gets a part of a texture.
-LEAST = 1e-4
+LEAST_SHARE = 1e-4
 PADDING = 4  # texels around a window
 # Some light is thrown far out. Windows lie within one another, each for this share of the photons at either edge of the next,
 # as far as it is so many times smaller.
@@ -23,39 +28,39 @@ RADII = (0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64)  # of kernels, in texels
 class Window:
     """The part of a side of a chart where photons land, and where it lies in its texture.
 
-    low: (2,) corner in metres; cells: (width, height) texels of side `texel`, metres; at: (2,) place in the texture
+    low:   (2,) corner in metres
+    texel: edge of a texel, metres
+    cells: (2,) texels across and up
+    at:    (2,) texel of the texture where it begins; (0, 0) until it is laid out
     """
 
-    def __init__(self, low, high, texel):
-        self.low, self.texel = np.asarray(low) - PADDING * texel, texel
-        self.cells = np.ceil((np.asarray(high) - low) / texel).astype(int) + 2 * PADDING
-        self.at = None
-
-    def plain(self):
-        """JSON-ready; of() makes the same Window of it."""
-        return [self.low.tolist(), float(self.texel), self.cells.tolist(), self.at.tolist()]
+    def __init__(self, low: ArrayLike, texel: float, cells: ArrayLike, at: ArrayLike = (0, 0)):
+        self.low, self.texel, self.cells, self.at = np.array(low), texel, np.array(cells), np.array(at)
 
     @classmethod
-    def of(cls, plain):
-        """The Window that plain() told of."""
-        window = cls.__new__(cls)
-        low, window.texel, cells, at = plain
-        window.low, window.cells, window.at = np.array(low), np.array(cells), np.array(at)
-        return window
+    def around(cls, low: NDArray, high: NDArray, texel: float) -> Window:
+        """The Window for a rectangle from `low` to `high`, (2,) each in metres, with PADDING about it."""
+        cells = np.ceil((high - low) / texel).astype(int) + 2 * PADDING
+        return cls(low - PADDING * texel, texel, cells)
+
+    def plain(self) -> list:
+        """What makes the same Window again, JSON-ready."""
+        return [self.low.tolist(), float(self.texel), self.cells.tolist(), self.at.tolist()]
 
 
 class Texture:
     """A texture of one object.
 
-    windows: by key, which is LEVELS times the side and the level, 0 the finest
-    shape:   (height, width); first: of its texels in Density
+    windows: {key: Window}; a key is LEVELS times the side (photons.Landed) plus the level, 0 for the finest
+    shape:   (height, width) in texels
+    first:   number of its first texel among those of all textures
     """
 
-    def __init__(self, windows, shape, first):
+    def __init__(self, windows: dict[int, Window], shape: tuple[int, int], first: int):
         self.windows, self.shape, self.first = windows, shape, first
 
     @property
-    def size(self):
+    def size(self) -> int:
         """Texels."""
         return self.shape[0] * self.shape[1]
 
@@ -63,17 +68,27 @@ class Texture:
 class Density:
     """What landed, in each half of the passes, texel by texel: memory depends on the textures, not on the photons.
 
-    parts, all_charts: of a photons.Tracer; textures: of layout()
-    color:  (3,) of all the light, or None where it has several; then three numbers a texel are kept, not one
-    flux, count: what landed so far, of state()
+    parts, charts: of a photons.Tracer
+    textures: of layout()
+    color: (3,) of all the light, or None where it has several; then three numbers a texel are kept, not one
+    flux:  (2, channels, texels of all textures) power that landed so far in each half, float32; None for none
+    count: (2, texels of all textures) photons that did, float32; None for none
     """
 
-    def __init__(self, parts, all_charts, textures, color=None, flux=None, count=None):
-        self.parts, self.charts, self.textures, self.color = parts, all_charts, textures, color
+    def __init__(
+        self,
+        parts: Sequence[atlas.Part],
+        charts: Sequence[atlas.Chart],
+        textures: Mapping[str, Texture],
+        color: tuple[float, ...] | None = None,
+        flux: NDArray | None = None,
+        count: NDArray | None = None,
+    ):
+        self.parts, self.charts, self.textures, self.color = parts, charts, textures, color
         total = sum(texture.size for texture in self.textures.values())
         self.flux = np.zeros((2, 3 if color is None else 1, total), np.float32) if flux is None else flux
         self.count = np.zeros((2, total), np.float32) if count is None else count
-        keys = LEVELS * (2 * len(all_charts))
+        keys = LEVELS * (2 * len(charts))
         self._low, self._cells, self._at = np.zeros((keys, 2)), np.zeros((keys, 2), int), np.zeros((keys, 2), int)
         self._texel, self._first, self._width = np.ones(keys), np.zeros(keys, int), np.zeros(keys, int)
         for texture in self.textures.values():
@@ -81,7 +96,7 @@ class Density:
                 self._low[key], self._cells[key], self._at[key] = window.low, window.cells, window.at
                 self._texel[key], self._first[key], self._width[key] = window.texel, texture.first, texture.shape[1]
 
-    def add(self, landed, half):
+    def add(self, landed: Landed, half: int) -> None:
         """Count a pass of photons.Landed in one half of the passes, 0 or 1."""
         power = landed.power * landed.share[:, None]
         left = np.arange(len(landed.side))
@@ -102,7 +117,7 @@ class Density:
         for channel, values in enumerate(power.T):
             np.add.at(self.flux[half, channel], index, values.astype(np.float32))
 
-    def state(self):
+    def state(self) -> dict:
         """Arrays and texts by name, from which from_state() makes the keywords for the same Density again."""
         plain = {
             name: [texture.shape, texture.first, {key: window.plain() for key, window in texture.windows.items()}]
@@ -111,17 +126,17 @@ class Density:
         return {"flux": self.flux, "count": self.count, "layout": json.dumps([plain, self.color])}
 
     @staticmethod
-    def from_state(state):
+    def from_state(state: Mapping) -> dict:
         """Keywords of Density, of what state() gave; raises KeyError or ValueError where it did not."""
         plain, color = json.loads(str(state["layout"]))
         textures = {
-            name: Texture({int(key): Window.of(values) for key, values in windows.items()}, tuple(shape), first)
+            name: Texture({int(key): Window(*values) for key, values in windows.items()}, tuple(shape), first)
             for name, (shape, first, windows) in plain.items()
         }
         return {"textures": textures, "color": color and tuple(color), "flux": state["flux"], "count": state["count"]}
 
-    def power(self, passes):
-        """All that landed, by the name of the object: the sum of its colours."""
+    def power(self, passes: int) -> dict[str, float]:
+        """All that landed after so many passes, {name of the object: the sum of its colours, W where lights have watts}."""
         by_color = 1 if self.color is None else sum(self.color)
         return {
             name: float(self.flux[:, :, texture.first : texture.first + texture.size].sum(dtype=float))
@@ -130,8 +145,8 @@ class Density:
             for name, texture in self.textures.items()
         }
 
-    def irradiance(self, name, passes):
-        """(H, W, 3) power per area on an object after `passes`: each photon's power spread over a box about it.
+    def irradiance(self, name: str, passes: int) -> NDArray:
+        """(H, W, 3) power per m^2 on an object after `passes`: each photon's power spread over a box about it.
 
         The box is as wide as it takes to hold ENOUGH photons, so that a sharp line stays sharp and a dim place smooth, and
         bright light does not leak into a dark place beside it (a variable kernel at the sample points: Breiman, Meisel and
@@ -159,45 +174,49 @@ class Density:
         return answer / passes * (1.0 if self.color is None else np.asarray(self.color))
 
 
-def layout(all_charts, sample, texels):
-    """Textures by the name of their object, for the sides of charts where photons landed.
+def layout(charts: Sequence[atlas.Chart], sample: Landed, texels: float) -> dict[str, Texture]:
+    """A Texture for each object, by its name, with windows for the sides of charts where photons landed.
 
-    sample: photons.Landed of a first try; texels: edge of the largest texture, that of the object where most landed, or less
-    where many are lit alike (ROOM)
+    sample: of a first try
+    texels: edge of the largest texture, that of the object where most landed, or less where many are lit alike (ROOM)
     """
     count = np.bincount(sample.side, minlength=1)
     order = np.argsort(sample.side, kind="stable")
     ends = np.cumsum(count)
     shares, boxes = {}, {}
-    for side in np.flatnonzero(count > LEAST * len(sample.side)):
-        chart = all_charts[side // 2]
-        shares[chart.thing] = shares.get(chart.thing, 0) + count[side]
+    for side in np.flatnonzero(count > LEAST_SHARE * len(sample.side)):
+        chart = charts[side // 2]
+        shares[chart.name] = shares.get(chart.name, 0) + count[side]
         spots = sample.place[order[ends[side] - count[side] : ends[side]]]
-        boxes.setdefault(chart.thing, {})[int(side)] = _nested(spots, chart)
+        boxes.setdefault(chart.name, {})[int(side)] = _nested(spots, chart)
     textures, first = {}, 0
     texels *= min(1.0, float(np.sqrt(ROOM * max(shares.values(), default=1) / max(sum(shares.values()), 1))))
-    for name, mine in sorted(boxes.items()):
-        number = sum(map(len, mine.values()))
-        least = int(np.ceil(np.sqrt(number) * (2 * PADDING + 4)))
+    for name, nests in sorted(boxes.items()):
         # as many texels a photon as where most of them land
-        edge = max(SMALLEST, least, round(texels * np.sqrt(shares[name] / max(shares.values()))))
-        deep = max(map(len, mine.values()))
-        grow = 1.0
-        while True:
-            laid = {}
-            for level in range(deep):
-                these = {side: nest[level] for side, nest in mine.items() if level < len(nest)}
-                part = 1.0 if deep == 1 else FINEST if level == 0 else (1 - FINEST) / (deep - 1)
-                area = sum(float(np.prod(high - low)) for low, high in these.values())
-                texel = max(np.sqrt(area / part) / edge, 1e-6) * grow
-                laid |= {LEVELS * side + level: Window(*box, texel) for side, box in these.items()}
-            height = _shelve(laid.values(), edge)
-            if height <= edge:
-                break
-            grow *= 1.1
-        textures[name] = Texture(laid, (int(height), int(edge)), first)
+        edge = round(texels * np.sqrt(shares[name] / max(shares.values())))
+        windows, shape = _packed(nests, edge)
+        textures[name] = Texture(windows, shape, first)
         first += textures[name].size
     return textures
+
+
+def _packed(nests, edge):
+    """Windows by their key for the boxes of _nested() by their side, in a texture of that edge or the least; its shape."""
+    edge = max(SMALLEST, int(np.ceil(np.sqrt(sum(map(len, nests.values()))) * (2 * PADDING + 4))), edge)
+    deepest = max(map(len, nests.values()))
+    grown = 1.0
+    while True:
+        windows = {}
+        for level in range(deepest):
+            boxes = {side: nest[level] for side, nest in nests.items() if level < len(nest)}
+            part = 1.0 if deepest == 1 else FINEST if level == 0 else (1 - FINEST) / (deepest - 1)
+            area = sum(float(np.prod(high - low)) for low, high in boxes.values())
+            texel = max(np.sqrt(area / part) / edge, 1e-6) * grown
+            windows |= {LEVELS * side + level: Window.around(*box, texel) for side, box in boxes.items()}
+        height = _shelve(windows.values(), edge)
+        if height <= edge:
+            return windows, (int(height), int(edge))
+        grown *= 1.1
 
 
 def _nested(spots, chart):
@@ -228,7 +247,7 @@ def _cut(area, window, finer_area, finer):
 def _shelve(windows, width):
     """Lay windows on shelves, the highest first; returns the height they take, infinite where one is too wide."""
     left = top = shelf = 0
-    for window in sorted(windows, key=lambda one: -one.cells[1]):
+    for window in sorted(windows, key=lambda window: -window.cells[1]):
         if window.cells[0] > width:
             return np.inf
         if left + window.cells[0] > width:
@@ -239,8 +258,13 @@ def _shelve(windows, width):
     return top + shelf
 
 
-def spread(flux, others, area):
-    """Power per area (H, W, C) of `flux` (H, W, C), in boxes that hold enough of `others` (H, W); `area` (H, W) of cells."""
+def spread(flux: NDArray, others: NDArray, area: NDArray) -> NDArray:
+    """Power per m^2 (H, W, C): that of each cell shared out over the surface in a box about it (Density.irradiance).
+
+    flux:   (H, W, C) power that landed in each cell
+    others: (H, W) photons of the other half of the passes, of which a box must hold ENOUGH
+    area:   (H, W) surface in each cell, m^2
+    """
     counts, ground = _table(others), _table(area)
     height, width = area.shape
     y, x = np.nonzero(flux.sum(axis=2) > 0)
@@ -284,12 +308,3 @@ def spread(flux, others, area):
 
 def _table(values):
     return np.pad(values, ((1, 0), (1, 0))).cumsum(axis=0).cumsum(axis=1)
-
-
-def _box(table, radius):
-    """Sums over the square of that radius about each cell, cut off at the edges."""
-    height, width = table.shape[0] - 1, table.shape[1] - 1
-    low_y, high_y = np.maximum(np.arange(height) - radius, 0), np.minimum(np.arange(height) + radius + 1, height)
-    low_x, high_x = np.maximum(np.arange(width) - radius, 0), np.minimum(np.arange(width) + radius + 1, width)
-    rows = table[high_y] - table[low_y]
-    return rows[:, high_x] - rows[:, low_x]

@@ -6,20 +6,24 @@ from a flat lamp, however large, and watts per square metre from a sun. Points a
 them without Soft Falloff; with it they are (radius / distance)^2 darker, close by.
 """
 
+from __future__ import annotations
+
 import math
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 import bpy
 import mathutils
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from ..cycles.nodes import uses_nodes
 from ..cycles.visibility import is_instance_rendered, is_rendered, rendered
 
 TURNS = 60  # ways to turn the frame about the light's direction, of which the tightest is taken
-SUN = "nim_sun"  # of a bpy.types.World: direction, irradiance and angle of the Gaussian sun in its sky
-HIDDEN = "NIM Sun hidden"  # its Value node: 1 hides that sun from paths that were scattered
-WHOLE = (-math.pi, math.pi, -math.pi / 2, math.pi / 2)
+SUN_PROPERTY = "nim_sun"  # of a bpy.types.World: direction, irradiance and angle of the Gaussian sun in its sky
+SUN_HIDDEN = "NIM Sun hidden"  # its Value node: 1 hides that sun from paths that were scattered
+ALL_DIRECTIONS = (-math.pi, math.pi, -math.pi / 2, math.pi / 2)  # a Shot's window
 
 
 class Shot(NamedTuple):
@@ -30,44 +34,55 @@ class Shot(NamedTuple):
     window: for the latter its longitudes and latitudes, radians: lowest and highest of both
     lens, focus: radius of the lens and distance of what it keeps sharp, metres
     size:   pixels (width, height)
-    power:  (3,) or (height, width, 3): of each pixel, all its rays together
+    power:  (3,) or (height, width, 3), W where the light is in watts: of each pixel, all its rays together
     """
 
     frame: mathutils.Matrix
     width: float | None
-    window: tuple | None
+    window: tuple[float, float, float, float] | None
     lens: float
     focus: float
-    size: tuple
-    power: np.ndarray
+    size: tuple[int, int]
+    power: NDArray
 
 
 class Target(NamedTuple):
-    """What the light is sent at: `bent`, points (N, 3) on boxes around the interfaces, and `corners` (M, 3) of all."""
+    """What the light is sent at, in the world, metres.
 
-    bent: np.ndarray
-    corners: np.ndarray
+    bent: (N, 3) points on the boxes around what bends or mirrors light; corners: (M, 3) those on the boxes around all
+    """
+
+    bent: NDArray
+    corners: NDArray
 
 
 class Sun(NamedTuple):
-    """Light from far away: `direction` it travels in (3,), `irradiance` (3,) on a plane across its rays, W/m^2 or any
-    unit, `angle` of its disk, radians, and whether it is a Gaussian of that width (1/e to 1/e) rather than a disk."""
+    """Light from far away.
 
-    direction: tuple
-    irradiance: tuple
+    direction:  (3,) that it travels in, of any length
+    irradiance: (3,) on a plane across its rays, W/m^2 or any unit
+    angle:      across its disk, radians
+    gaussian:   whether it is a Gaussian of that width, from 1/e to 1/e, rather than a disk
+    """
+
+    direction: tuple[float, ...]
+    irradiance: tuple[float, ...]
     angle: float
     gaussian: bool = False
 
-    def half_angles(self, count, random):
-        """Half-angles, radians, of `count` uniform disks that together are this sun."""
+    def half_angles(self, count: int, random: np.random.Generator) -> NDArray:
+        """(count,) half-angles, radians, of the uniform disks that together are this sun."""
         if not self.gaussian:
             return np.full(count, self.angle / 2)
         # a Gaussian is a mixture of disks whose radius^2 is a sum of two exponential numbers
         strata = (np.arange(count) + random.random(count)) / count
         return self.angle / 2 * np.sqrt(_gamma2(random.permutation(strata)))
 
-    def shots(self, target, photons, passes, random):
-        """A Shot for each of the passes: parallel rays at the target, the lens as wide as the sun's disk is there."""
+    def shots(self, target: Target, photons: int, passes: int, random: np.random.Generator) -> Iterator[Shot]:
+        """A Shot of about so many photons for each of the passes: parallel rays at the target.
+
+        The lens is as wide as the sun's disk is at the target.
+        """
         halves = self.half_angles(passes, random)
         back = -np.asarray(self.direction, float) / np.linalg.norm(self.direction)
         axes, low, high = _tightest(target.bent, back)
@@ -85,18 +100,25 @@ class Sun(NamedTuple):
 
 
 class Lamp(NamedTuple):
-    """A point or spot lamp: `place` (3,), `intensity` (3,), W/sr along its axis, `radius`; for a spot its `axis` (3,),
-    cosine `edge` of its half-angle, and `blend`, the share of its cone that is softened."""
+    """A point or spot lamp.
 
-    place: tuple
-    intensity: tuple
+    place:     (3,) in the world, metres
+    intensity: (3,) W/sr, of a spot along its axis
+    radius:    of its sphere, metres
+    axis:      (3,) that a spot shines along, of any length; None for a point
+    edge:      cosine of a spot's half-angle
+    blend:     share of a spot's cone, 0 to 1, that is softened
+    """
+
+    place: tuple[float, ...]
+    intensity: tuple[float, ...]
     radius: float = 0.0
-    axis: tuple | None = None
+    axis: tuple[float, ...] | None = None
     edge: float = -1.0
     blend: float = 0.0
 
-    def shots(self, target, photons, passes, random):
-        """A Shot for each of the passes: all directions to the target, from a disk across each of them."""
+    def shots(self, target: Target, photons: int, passes: int, random: np.random.Generator) -> Iterator[Shot]:
+        """A Shot of about so many photons for each of the passes: all directions to the target, from a disk across each."""
         frame, window, size, solid = _outlook(self.place, target, self.radius, photons)
         power = solid[..., None] * np.asarray(self.intensity)
         if self.axis is not None:
@@ -106,27 +128,33 @@ class Lamp(NamedTuple):
             yield Shot(frame, None, window, self.radius, 1e6 * max(1.0, self.radius), size, power)
 
     def _falloff(self, directions):
+        """Of directions (..., 3), unit: how much of the intensity a spot has there, as Cycles has it (spot_light_attenuation)."""
         cosine = directions @ (np.asarray(self.axis) / np.linalg.norm(self.axis))
         x = np.clip((cosine - self.edge) / max((1 - self.edge) * self.blend, 1e-9), 0, 1)
         return x * x * (3 - 2 * x)
 
 
 class Area(NamedTuple):
-    """A flat lamp: `frame`, a 4 x 4 matrix (it shines along -z), `size` along x and y in metres, whether it is `round`,
-    and its `intensity` (3,), W/sr along its axis; as Lambert has it, it falls with the cosine beside that."""
+    """A flat lamp.
+
+    frame:     (4, 4) where it stands, without a scale; it shines along -z
+    size:      (2,) along x and y, metres
+    round:     whether it is an ellipse, rather than a rectangle
+    intensity: (3,) W/sr along its axis; beside that it falls with the cosine, as Lambert has it
+    """
 
     frame: tuple
-    size: tuple
+    size: tuple[float, float]
     round: bool
-    intensity: tuple
+    intensity: tuple[float, ...]
 
     @property
-    def place(self):
+    def place(self) -> tuple[float, ...]:
         """Its middle (3,)."""
         return tuple(np.asarray(self.frame)[:3, 3])
 
-    def shots(self, target, photons, passes, random):
-        """A Shot for each of the passes, each from another point of the lamp."""
+    def shots(self, target: Target, photons: int, passes: int, random: np.random.Generator) -> Iterator[Shot]:
+        """A Shot of about so many photons for each of the passes, each from another point of the lamp."""
         matrix = np.asarray(self.frame, float)
         axis = -matrix[:3, 2] / np.linalg.norm(matrix[:3, 2])
         for u, v in _even(passes, random):
@@ -142,62 +170,73 @@ class Area(NamedTuple):
             yield Shot(frame, None, window, 0.0, 1e6, size, power)
 
 
-def light_of(thing, matrix=None):
-    """The Sun, Lamp or Area that an object of type LIGHT is; ValueError, one sentence, for what is not traced."""
-    lamp, matrix = thing.data, matrix or thing.matrix_world
-    strength = np.array(lamp.color) * lamp.energy * 2.0 ** getattr(lamp, "exposure", 0.0)
-    if getattr(lamp, "use_temperature", False):
-        strength = strength * np.array(lamp.temperature_color)
-    strength = strength * emitted(thing)
-    if not getattr(lamp, "normalize", True):
-        raise ValueError(f"the lamp {thing.name} is not normalized, and such are not traced; switch its Normalize on.")
+Light = Sun | Lamp | Area
+
+
+def light_of(lamp: bpy.types.Object, matrix: mathutils.Matrix | None = None) -> Light:
+    """What an object of type LIGHT is as a Light; matrix: where it stands, None for where it does itself.
+
+    Raises ValueError, one sentence, for what is not traced.
+    """
+    data, matrix = lamp.data, matrix or lamp.matrix_world
+    strength = np.array(data.color) * data.energy * 2.0 ** getattr(data, "exposure", 0.0)
+    if getattr(data, "use_temperature", False):
+        strength = strength * np.array(data.temperature_color)
+    strength = strength * emitted(lamp)
+    if not getattr(data, "normalize", True):
+        raise ValueError(f"the lamp {lamp.name} is not normalized, and such are not traced; switch its Normalize on.")
     axis = tuple(-(matrix.to_3x3() @ mathutils.Vector((0, 0, 1))).normalized())
     place = tuple(matrix.translation)
-    if lamp.type == "SUN":
-        return Sun(axis, tuple(strength), lamp.angle)
-    if lamp.type == "AREA":
-        if lamp.spread < math.radians(179.9):
+    if data.type == "SUN":
+        return Sun(axis, tuple(strength), data.angle)
+    if data.type == "AREA":
+        if data.spread < math.radians(179.9):
             raise ValueError(
-                f"the lamp {thing.name} is narrowed, and such are not traced; set its Spread to 180 degrees."
+                f"the lamp {lamp.name} is narrowed, and such are not traced; set its Spread to 180 degrees."
             )
         scale = matrix.to_scale()
-        square = lamp.shape in ("SQUARE", "DISK")
-        size = lamp.size * scale.x, (lamp.size if square else lamp.size_y) * scale.y
+        square = data.shape in ("SQUARE", "DISK")
+        size = data.size * scale.x, (data.size if square else data.size_y) * scale.y
         if 0 in size:
-            raise ValueError(f"the lamp {thing.name} has no area; give it a size.")
+            raise ValueError(f"the lamp {lamp.name} has no area; give it a size.")
         rigid = mathutils.Matrix.LocRotScale(matrix.translation, matrix.to_quaternion(), None)
-        return Area(tuple(map(tuple, rigid)), size, lamp.shape in ("DISK", "ELLIPSE"), tuple(strength / math.pi))
-    intensity, radius = tuple(strength / (4 * math.pi)), lamp.shadow_soft_size
-    if lamp.type == "SPOT":
-        return Lamp(place, intensity, radius, axis, math.cos(lamp.spot_size / 2), lamp.spot_blend)
+        return Area(tuple(map(tuple, rigid)), size, data.shape in ("DISK", "ELLIPSE"), tuple(strength / math.pi))
+    intensity, radius = tuple(strength / (4 * math.pi)), data.shadow_soft_size
+    if data.type == "SPOT":
+        return Lamp(place, intensity, radius, axis, math.cos(data.spot_size / 2), data.spot_blend)
     return Lamp(place, intensity, radius)
 
 
-def sun_of(scene):
-    """The Sun in the sky of `scene`, as surfaces.sky() makes it, or None."""
-    values = scene.world and scene.world.get(SUN)
+def sun_of(scene: bpy.types.Scene) -> Sun | None:
+    """The Sun in the sky of a scene, as scenes.surfaces.sky() makes it, or None."""
+    values = scene.world and scene.world.get(SUN_PROPERTY)
     return Sun(tuple(values[:3]), tuple(values[3:6]), values[6], gaussian=True) if values else None
 
 
-def lamps_of(scene):
-    """The lamps that shine in a render of `scene` without baked caustics, by themselves or in instances of collections, in
-    the order in which they are traced: suns first, then spots, points and areas. It evaluates nothing; see placed()."""
+def lamps_of(scene: bpy.types.Scene) -> list[bpy.types.Object]:
+    """The lamps that shine in a render of `scene` without baked caustics, by themselves or in instances of collections.
+
+    In the order in which they are traced: suns first, then spots, points and areas. It evaluates nothing; see placed().
+    """
     found, queue, seen = [], rendered(scene), set()
     while queue:
-        thing = queue.pop()
-        held = thing.instance_collection if thing.instance_type == "COLLECTION" else None
+        obj = queue.pop()
+        held = obj.instance_collection if obj.instance_type == "COLLECTION" else None
         if held and held not in seen:
             seen.add(held)
-            queue += [one for one in held.all_objects if is_rendered(one)]
-        if _shines(thing) and thing not in found:
-            found.append(thing)
+            queue += [inner for inner in held.all_objects if is_rendered(inner)]
+        if _shines(obj) and obj not in found:
+            found.append(obj)
     return sorted(found, key=_rank)
 
 
 class Placed(NamedTuple):
-    """A lamp of the file, `thing`, the mathutils.Matrix of where it, or an instance of it, stands; `single`: whether itself."""
+    """A lamp of the file where it stands, or where an instance of it does.
 
-    thing: bpy.types.Object
+    lamp: the object; matrix: of the place; single: whether it is that object itself, not an instance of it
+    """
+
+    lamp: bpy.types.Object
     matrix: mathutils.Matrix
     single: bool
 
@@ -207,79 +246,80 @@ def placed(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> list[Place
     alone = set(rendered(scene))
     found = []
     for instance in depsgraph.object_instances:
-        thing = instance.object.original
+        lamp = instance.object.original
         single = not instance.is_instance
-        there = thing in alone if single else is_instance_rendered(thing, instance.parent.original, alone)
-        if there and _shines(thing):
-            found.append(Placed(thing, instance.matrix_world.copy(), single))
-    return sorted(found, key=lambda one: (_rank(one.thing), not one.single))
+        there = lamp in alone if single else is_instance_rendered(lamp, instance.parent.original, alone)
+        if there and _shines(lamp):
+            found.append(Placed(lamp, instance.matrix_world.copy(), single))
+    return sorted(found, key=lambda place: (_rank(place.lamp), not place.single))
 
 
-def _shines(thing):
-    if thing.type != "LIGHT" or (thing.data.type == "AREA" and thing.data.cycles.is_portal):
+def _shines(obj):
+    if obj.type != "LIGHT" or (obj.data.type == "AREA" and obj.data.cycles.is_portal):
         return False
-    return thing.data.energy > 0 and any(thing.data.color)
+    return obj.data.energy > 0 and any(obj.data.color)
 
 
-def _rank(thing):
-    return ("SUN", "SPOT", "POINT", "AREA").index(thing.data.type), thing.name
+def _rank(lamp):
+    return ("SUN", "SPOT", "POINT", "AREA").index(lamp.data.type), lamp.name
 
 
-def check(thing: bpy.types.Object) -> None:
+def check(lamp: bpy.types.Object) -> None:
     """Raise ValueError, one sentence, for a lamp some of whose light would be counted twice, or wrongly, by a bake."""
-    lamp, name = thing.data, f"the lamp {thing.name}"
-    if thing.library or lamp.library:
+    data, name = lamp.data, f"the lamp {lamp.name}"
+    if lamp.library or data.library:
         raise ValueError(f"{name} is linked from a library, and a bake has to change it; make it local.")
-    if thing.override_library or lamp.override_library:
+    if lamp.override_library or data.override_library:
         raise ValueError(f"{name} is an override of a library, which does not save what a bake changes; make it local.")
-    if not lamp.use_shadow:
+    if not data.use_shadow:
         raise ValueError(
             f"{name} throws no shadows, so that it shines through interfaces, and a bake would count that light twice; "
             "switch its Shadow on."
         )
-    if thing.light_linking.blocker_collection:
+    if lamp.light_linking.blocker_collection:
         raise ValueError(
             f"{name} has Shadow Linking, by which it may shine through interfaces, and a bake would count that light twice; "
             "clear its Shadow Linking."
         )
-    if lamp.cycles.is_caustics_light:
+    if data.cycles.is_caustics_light:
         raise ValueError(
             f"{name} has Shadow Caustics, which are caustics as well, and would be counted twice; switch them off."
         )
-    hidden = [ray for ray in ("diffuse", "glossy", "transmission") if not getattr(thing, f"visible_{ray}")]
+    hidden = [ray for ray in ("diffuse", "glossy", "transmission") if not getattr(lamp, f"visible_{ray}")]
     if hidden:
         raise ValueError(
             f"{name} is not there for {' and '.join(hidden)} rays, and is traced for all; switch its Ray Visibility on."
         )
 
 
-def leaves_out(thing: bpy.types.Object, things) -> set:
-    """Those of `things` (bpy.types.Object) that a lamp does not shine on, by its light linking."""
-    linked = thing.light_linking.receiver_collection
+def leaves_out(lamp: bpy.types.Object, objects: Iterable[bpy.types.Object]) -> set[bpy.types.Object]:
+    """Those of some objects that a lamp does not shine on, by its light linking."""
+    linked = lamp.light_linking.receiver_collection
     if linked is None:
         return set()
     only, never = set(), set()
-    states = [({one}, state) for one, state in zip(linked.objects, linked.collection_objects, strict=True)]
+    states = [({obj}, state) for obj, state in zip(linked.objects, linked.collection_objects, strict=True)]
     states += [
-        (set(one.all_objects), state) for one, state in zip(linked.children, linked.collection_children, strict=True)
+        (set(child.all_objects), state)
+        for child, state in zip(linked.children, linked.collection_children, strict=True)
     ]
     for some, state in states:
         (only if state.light_linking.link_state == "INCLUDE" else never).update(some)
-    return {one for one in things if one in never or (only and one not in only)}
+    return {obj for obj in objects if obj in never or (only and obj not in only)}
 
 
-def emitted(thing):
+def emitted(lamp: bpy.types.Object) -> NDArray:
     """Colour times strength (3,) of a lamp's own Emission node, 1 where it has none.
 
     Raises ValueError, one sentence, where more than that decides its light.
     """
-    if not uses_nodes(thing.data):
+    if not uses_nodes(lamp.data):
         return np.ones(3)
-    nodes = [node for node in thing.data.node_tree.nodes if node.type not in ("OUTPUT_LIGHT", "FRAME", "REROUTE")]
+    nodes = [node for node in lamp.data.node_tree.nodes if node.type not in ("OUTPUT_LIGHT", "FRAME", "REROUTE")]
     if len(nodes) == 1 and nodes[0].type == "EMISSION" and not any(socket.is_linked for socket in nodes[0].inputs):
         return np.array(nodes[0].inputs["Color"].default_value[:3]) * nodes[0].inputs["Strength"].default_value
     raise ValueError(
-        f"the light of {thing.name} comes from its own nodes, and such is not traced; switch its nodes off."
+        f"the light of {lamp.name} comes from its own nodes, and such is not traced; switch its nodes off."
     )
 
 
@@ -336,7 +376,7 @@ def _outlook(place, target, radius, photons):
         latitude.max() + margin,
     )
     if max(map(abs, window[:2])) > 2.0 or max(map(abs, window[2:])) > 1.3 or distance.min() < 2 * radius:
-        window = WHOLE
+        window = ALL_DIRECTIONS
     window = tuple(float(edge) for edge in window)
     frame = frame.to_4x4()
     frame.translation = place
@@ -362,8 +402,8 @@ def _directions(window, size):
     )
 
 
-def aim(camera, scene, shot, corners):
-    """Set a camera (bpy.types.Object) and the size of its `scene` to take a Shot, as far as the `corners` (N, 3) of all."""
+def aim(camera: bpy.types.Object, scene: bpy.types.Scene, shot: Shot, corners: ArrayLike) -> None:
+    """Set a camera, and the size of its scene, to take a Shot that reaches as far as `corners` (N, 3), those of all."""
     data, render = camera.data, scene.render
     reach = float(np.linalg.norm(corners - np.array(shot.frame.translation), axis=1).max())
     data.clip_start, data.clip_end = 1e-6, 2 * reach + shot.lens + 1.0

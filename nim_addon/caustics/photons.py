@@ -5,9 +5,14 @@ A camera stands where the light is (lights.Shot). Every surface that light lands
 and only if the path met an interface or a mirror before: light that reaches a surface straight is the path tracer's.
 """
 
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
 import bpy
 import mathutils
 import numpy as np
+from numpy.typing import NDArray
 
 from ..cycles import meshes, settings
 from ..cycles.animation import curves_of
@@ -15,42 +20,48 @@ from ..cycles.casting import Faces
 from ..cycles.nodes import Nodes, empty_tree
 from ..cycles.object_values import give, values_of
 from ..cycles.render import pixels_of
-from ..cycles.visibility import PATHS, as_rendered, rendered, shown
+from ..cycles.visibility import PATHS_MARK, as_rendered, rendered, shown
 from . import atlas, lights
 from .atlas import Chart, Part
 from .bending import POWER, WHITE, Bending, switch
 
-ATTRIBUTE = "nim_place"
-KINDS = ("objects", "meshes", "materials", "worlds", "cameras", "scenes", "node_groups")
-SAMPLES = 5  # points along an edge of a box that light is sent at
+PLACE_ATTRIBUTE = "nim_place"  # of the corners of the meshes that light lands on: Tracer._mark()
+# the kinds of data-blocks that a Tracer makes
+DATA = ("objects", "meshes", "materials", "worlds", "cameras", "scenes", "node_groups")
+BOX_SAMPLES = 5  # points along an edge of a box that light is sent at
 
 
 class Landed:
     """Photons that met an interface or a mirror, and landed.
 
     side:  (N,) twice the number of the chart, and 1 more where they landed on the back of its faces
-    place: (N, 2) in the chart, metres; power: (N, 3)
-    share: (N,) what part of a photon's power Cycles makes of it (Tracer.shares)
+    place: (N, 2) in the chart, metres
+    power: (N, 3) W, where the light is in watts
+    share: (N,) what part of a photon's power Cycles makes of it (Tracer)
     """
 
-    def __init__(self, side, place, power, share):
+    def __init__(self, side: NDArray, place: NDArray, power: NDArray, share: NDArray):
         self.side, self.place, self.power, self.share = side, place, power, share
 
     @property
-    def chart(self):
+    def chart(self) -> NDArray:
         """(N,) number of the chart."""
         return self.side // 2
 
-    def only(self, here):
+    def only(self, here: NDArray) -> Landed:
         """Those for which `here` (N,) is true."""
         return Landed(self.side[here], self.place[here], self.power[here], self.share[here])
 
 
 class Tracer:
-    """A scene made ready for photons: `charts`, a list of Chart, `parts`, of Part, `benders`, the objects that bend or mirror
-    light, and trace().
+    """A scene made ready for photons, which trace() sends. Use it with `with`: what it makes is taken away at the end.
 
-    scene: bpy.types.Scene; nothing of it is changed. Use it with `with`: what it makes is taken away at the end.
+    source:  the scene; nothing of it is changed
+    charts:  where light lands, by their numbers; parts: the meshes that these are of
+    benders: the objects that bend or mirror light; surfaces: what stands for their meshes and instances
+    target:  what light is sent at
+    bending: the materials that the photons meet
+
     Raises ValueError, one sentence, for a scene without an interface or a mirror, without a surface for the light to land
     on, or with one that has no area.
 
@@ -59,41 +70,32 @@ class Tracer:
     that landed within a medium is (n / n_t)^2 for the medium's n_t and the light's n.
     """
 
-    def __init__(self, scene):
+    def __init__(self, scene: bpy.types.Scene):
         self.source = scene
-        self.charts, self.parts, self.benders = [], [], set()
+        self.charts: list[Chart] = []
+        self.parts: list[Part] = []
+        self.benders: set[bpy.types.Object] = set()
+        self.surfaces: list[bpy.types.Object] = []
 
-    def __enter__(self):
-        before = {kind: set(getattr(bpy.data, kind)) for kind in KINDS}
+    def __enter__(self) -> Tracer:
+        before = {kind: set(getattr(bpy.data, kind)) for kind in DATA}
         try:
             self._build()
         except BaseException:
-            self.made = _since(before)
-            self.__exit__()
+            bpy.data.batch_remove(_since(before))
             raise
-        self.made = _since(before)
+        self._made = _since(before)
         return self
 
-    def __exit__(self, *_):
-        bpy.data.batch_remove(self.made)
+    def __exit__(self, *_) -> None:
+        bpy.data.batch_remove(self._made)
 
     def _build(self):
         _check(self.source)
-        scene = self.scene = bpy.data.scenes.new("NIM photons")
-        settings.lossless(scene, "nodes")
-        # no path ends by chance
-        scene.cycles.min_light_bounces = scene.cycles.min_transparent_bounces = settings.BOUNCES
-        scene.cycles.diffuse_bounces = 0  # scattered light is the path tracer's
-        scene.cycles.pixel_filter_type = "BOX"
-        scene.cycles.filter_width = 1.0
-        scene.cycles.use_light_tree = False
-        scene.render.use_persistent_data = True
-        scene.world = bpy.data.worlds.new("NIM photons")
-        scene.world.color = (0, 0, 0)
-        empty_tree(scene.world)
+        self.scene = self._empty_scene()
         self.bending = Bending()
-        self.shine = self._shining()
-        bent, corners, self.surfaces = [], [], []
+        self._shine = self._shining()
+        bent, corners = [], []
         with as_rendered(self.source) as depsgraph:
             # hiding these, as a copy in their place asks for, would hide their instances
             sources = {
@@ -101,11 +103,11 @@ class Tracer:
                 for instance in depsgraph.object_instances
                 if instance.is_instance and not _is_own(instance)
             }
-            for one in shown(self.source, depsgraph):
-                if one.original.get(PATHS):
+            for surface in shown(self.source, depsgraph):
+                if surface.original.get(PATHS_MARK):
                     continue
-                lit = one.single and one.original not in sources and _can_be_replaced(one.original)
-                copy, bends, box = self._add(one, depsgraph, lit)
+                lit = surface.single and surface.original not in sources and _can_be_replaced(surface.original)
+                copy, bends, box = self._add(surface, depsgraph, lit)
                 if copy is None:
                     continue
                 corners.append(box)
@@ -121,21 +123,37 @@ class Tracer:
             )
         self.target = lights.Target(np.concatenate(bent), np.concatenate(corners))
         self.camera = bpy.data.objects.new("NIM photons", bpy.data.cameras.new("NIM photons"))
-        scene.collection.objects.link(self.camera)
-        scene.camera = self.camera
+        self.scene.collection.objects.link(self.camera)
+        self.scene.camera = self.camera
 
-    def _add(self, one, depsgraph, lit):
+    def _empty_scene(self):
+        """A new scene that renders photons, in the dark."""
+        scene = bpy.data.scenes.new("NIM photons")
+        settings.lossless(scene, "nodes")
+        # no path ends by chance
+        scene.cycles.min_light_bounces = scene.cycles.min_transparent_bounces = settings.BOUNCES
+        scene.cycles.diffuse_bounces = 0  # scattered light is the path tracer's
+        scene.cycles.pixel_filter_type = "BOX"
+        scene.cycles.filter_width = 1.0
+        scene.cycles.use_light_tree = False
+        scene.render.use_persistent_data = True
+        scene.world = bpy.data.worlds.new("NIM photons")
+        scene.world.color = (0, 0, 0)
+        empty_tree(scene.world)
+        return scene
+
+    def _add(self, surface, depsgraph, lit):
         """Put a copy of what is Shown into the scene, which, if `lit`, light can land on.
 
         Returns it, or None for one without faces, whether it bends light, and its _box().
         """
-        matrix = one.matrix.copy()  # which can be decomposed, as a frozen one cannot
-        if not one.single and one.parent == one.original:  # an instance of a mesh that belongs to no object
-            mesh = one.mesh.copy()
+        matrix = surface.matrix.copy()  # which can be decomposed, as a frozen one cannot
+        if not surface.single and surface.parent == surface.original:  # an instance of a mesh that belongs to no object
+            mesh = surface.mesh.copy()
         else:
             # all layers of the mesh that a surface or a text becomes: Blender 4.2 falls over them
-            layers = one.original.type == "MESH"
-            mesh = bpy.data.meshes.new_from_object(one.object, preserve_all_data_layers=layers, depsgraph=depsgraph)
+            layers = surface.original.type == "MESH"
+            mesh = bpy.data.meshes.new_from_object(surface.object, preserve_all_data_layers=layers, depsgraph=depsgraph)
         if not mesh.polygons:
             return None, False, None
         if not _is_plain(matrix):
@@ -144,40 +162,39 @@ class Tracer:
             if matrix.determinant() < 0:
                 mesh.flip_normals()
             matrix = mathutils.Matrix.Identity(4)
-        kinds = [self.bending.of(material, one.original.name) for material in one.materials]
-        bends_here = any(kind.bends for kind in kinds)
-        if bends_here:
-            self.benders.add(one.original)
-            check_shadow(one)
-        values = values_of(one, self.source, set().union(*(kind.reads for kind in kinds)))
-        lands_here = [kind.lands for kind in kinds]
+        effects = [self.bending.of(material, surface.original.name) for material in surface.materials]
+        bends = any(effect.bends for effect in effects)
+        if bends:
+            self.benders.add(surface.original)
+            _check_shadow(surface)
+        values = values_of(surface, self.source, set().union(*(effect.reads for effect in effects)))
         # what cannot be given a light of its own only throws a shadow
-        if any(lands_here) and lit:
-            self._mark(mesh, matrix, lands_here, one, values)
-        else:
-            lands_here = [False] * len(lands_here)
-        set_materials(
-            mesh,
-            [k.copy or (self.shine if land else self.bending.dark) for k, land in zip(kinds, lands_here, strict=True)],
-        )
+        lands = [effect.lands and lit for effect in effects]
+        if any(lands):
+            self._mark(mesh, matrix, lands, surface, values)
+        plain = [self._shine if land else self.bending.dark for land in lands]
+        set_materials(mesh, [effect.copy or other for effect, other in zip(effects, plain, strict=True)])
         copy = bpy.data.objects.new("NIM photons", mesh)
         copy.matrix_world = matrix
-        give(copy, values, one.original)
+        give(copy, values, surface.original)
         self.scene.collection.objects.link(copy)
-        return copy, bends_here, _box(mesh, matrix)
+        return copy, bends, _box(mesh, matrix)
 
-    def _mark(self, mesh, matrix, lands_here, one, read_of_it):
-        """Give each corner of the faces that light lands on its place in a chart: (1 to 2, 1 to 2, 4 (chart + 1))."""
-        name, vertices = one.original.name, meshes.vertices(mesh, matrix)
+    def _mark(self, mesh, matrix, lands, surface, values):
+        """Give each corner of the faces that light lands on its place in a chart: (1 to 2, 1 to 2, 4 (chart + 1)).
+
+        lands: for each material, whether light does; values: object_values.values_of() the surface, a Shown
+        """
+        name, vertices = surface.original.name, meshes.vertices(mesh, matrix)
         normals = meshes.read(mesh.polygons, "normal", 3) @ np.linalg.inv(np.array(matrix)[:3, :3])
         corners, starts = meshes.corners(mesh), meshes.starts(mesh)
-        number, axes = atlas.charts_of(vertices, meshes.faces(corners, starts), normals)
-        slot = meshes.slots(mesh, len(lands_here))
+        number, axes = atlas.charts_of(meshes.faces(corners, starts), normals)
+        slot = meshes.slots(mesh, len(lands))
         face = np.repeat(np.arange(len(slot)), np.diff(starts))
         at = vertices[corners]
-        values = np.zeros((len(face), 3), np.float32)
+        places = np.zeros((len(face), 3), np.float32)
         chart_of = np.full(len(face), -1)
-        here = np.asarray(lands_here)[slot[face]]
+        here = np.asarray(lands)[slot[face]]
         if not meshes.read(mesh.polygons, "area").any():
             raise ValueError(f"{name} has no area for light to land on; scale it up, or hide it from renders.")
         order = np.argsort(number[face], kind="stable")
@@ -189,12 +206,12 @@ class Tracer:
                 flat = np.delete(at[mine], axis // 2, axis=1)
                 low, high = flat.min(axis=0), flat.max(axis=0)
                 self.charts.append(Chart(name, int(axis), low, high))
-                values[mine, :2] = 1 + (flat - low) / np.maximum(high - low, 1e-9)
-                values[mine, 2] = 4 * len(self.charts)
+                places[mine, :2] = 1 + (flat - low) / np.maximum(high - low, 1e-9)
+                places[mine, 2] = 4 * len(self.charts)
                 chart_of[mine] = len(self.charts) - 1
-        layer = mesh.attributes.new(ATTRIBUTE, "FLOAT_VECTOR", "CORNER")
-        layer.data.foreach_set("vector", values.ravel())
-        self.parts.append(Part(name, mesh, matrix, list(one.materials), at, chart_of, read_of_it))
+        layer = mesh.attributes.new(PLACE_ATTRIBUTE, "FLOAT_VECTOR", "CORNER")
+        layer.data.foreach_set("vector", places.ravel())
+        self.parts.append(Part(name, mesh, matrix, list(surface.materials), at, chart_of, values))
 
     def _shining(self):
         """A material that emits the corner attribute where the path met an interface or a mirror; in blue 2 more on the
@@ -207,7 +224,7 @@ class Tracer:
         met = nodes.math("MINIMUM", nodes.math("ADD", path["Ray Depth"], path["Transparent Depth"]), 1.0)
         back = nodes.add("ShaderNodeNewGeometry").outputs["Backfacing"]
         more = nodes.math("MULTIPLY_ADD", back, 2.0, nodes.math("FLOORED_MODULO", crossed, 2.0))
-        place = nodes.add("ShaderNodeAttribute", attribute_name=ATTRIBUTE).outputs["Vector"]
+        place = nodes.add("ShaderNodeAttribute", attribute_name=PLACE_ATTRIBUTE).outputs["Vector"]
         place = nodes.vector("ADD", place, nodes.add("ShaderNodeCombineXYZ", inputs={2: more}).outputs[0])
         color = nodes.mix(switch(nodes, "white"), place, WHITE)
         nodes.end(nodes.add("ShaderNodeEmission", inputs={"Color": color, "Strength": met}))
@@ -215,30 +232,34 @@ class Tracer:
         self.bending.trees.append(nodes.tree)
         return material
 
-    def check_outside(self, name, place):
-        """Raise ValueError, one sentence, for a lamp that stands within a medium: its light is counted as from outside."""
+    def check_outside(self, name: str, place: Sequence[float]) -> None:
+        """Raise ValueError, one sentence, for a lamp of that name, at that place (3,), that stands within a medium.
+
+        Its light would be counted as from outside.
+        """
         backs = total = 0
-        place = np.asarray(place, float)
         for surface in self.surfaces:
             vertices = meshes.vertices(surface.data, surface.matrix_world)
             outwards = 1 if surface.matrix_world.determinant() > 0 else -1  # what is mirrored is wound the other way
             polygons = meshes.faces(meshes.corners(surface.data), meshes.starts(surface.data))
-            ways = vertices[:: max(1, len(vertices) // 64)] - place
+            ways = vertices[:: max(1, len(vertices) // 64)] - np.asarray(place)
             ways = ways / np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-30)
-            distance, normals = Faces(vertices, [face[::outwards] for face in polygons]).meet(place + 0 * ways, ways)
-            met = np.isfinite(distance)
-            backs += (np.sum(normals * ways, axis=1)[met] > 0).sum()
-            total += met.sum()
+            faces = Faces(vertices, [corners[::outwards] for corners in polygons])
+            distance, normals = faces.meet(np.broadcast_to(place, ways.shape), ways)
+            backs += (np.sum(normals * ways, axis=1) > 0).sum()
+            total += np.isfinite(distance).sum()
         if backs > total / 2:
             raise ValueError(
                 f"the lamp {name} stands within a medium, and light is traced from outside only; move it out."
             )
 
-    def trace(self, light, photons, passes=1, *, seed=0, first=0):
-        """Send about `photons` photons of a light (lights.Sun, Lamp or Area) in each of the passes; yields a Landed each.
+    def trace(
+        self, light: lights.Light, photons: int, passes: int = 1, *, seed: int = 0, first: int = 0
+    ) -> Iterator[Landed]:
+        """Send about so many photons of a light in each of the passes; yields a Landed each.
 
         The passes are shares of one light: what lands in each of them, all its power, is to be divided by their number.
-        `first`: passes to leave out, as those that were traced before.
+        first: passes to leave out, as those that were traced before
         """
         random = np.random.default_rng(seed)
         shares = self.bending.shares
@@ -268,15 +289,15 @@ class Tracer:
 
     def _landed(self, code, pixels, power, share):
         side = code // 2 - 2
-        low = np.array([one.low for one in self.charts])[side // 2]
-        high = np.array([one.high for one in self.charts])[side // 2]
+        low = np.array([chart.low for chart in self.charts])[side // 2]
+        high = np.array([chart.high for chart in self.charts])[side // 2]
         place = low + (pixels[:, :2] - 1) * np.maximum(high - low, 1e-9)
         return Landed(side, place, power, share)
 
 
 def _check(scene):
     """Raise ValueError, one sentence, where a scene has a medium that no mesh bounds."""
-    volume = next((thing for thing in rendered(scene) if thing.type == "VOLUME"), None)
+    volume = next((obj for obj in rendered(scene) if obj.type == "VOLUME"), None)
     if volume:
         raise ValueError(f"light is not traced through the volume {volume.name}; hide it from renders.")
     output = scene.world and scene.world.node_tree and scene.world.node_tree.get_output_node("CYCLES")
@@ -284,17 +305,17 @@ def _check(scene):
         raise ValueError(f"light is not traced through the volume of the world {scene.world.name}; unlink it there.")
 
 
-def check_shadow(one):
+def _check_shadow(surface):
     """Raise ValueError, one sentence, where what is Shown, which bends light, throws no shadow."""
-    for thing in (one.original, one.parent):
-        if thing and not thing.visible_shadow:
+    for obj in (surface.original, surface.parent):
+        if obj and not obj.visible_shadow:
             raise ValueError(
-                f"{thing.name} throws no shadow, so that lamps shine straight through it, and a bake would count that light "
+                f"{obj.name} throws no shadow, so that lamps shine straight through it, and a bake would count that light "
                 "twice; switch Shadow on in its Ray Visibility."
             )
 
 
-def set_materials(mesh, materials):
+def set_materials(mesh: bpy.types.Mesh, materials: Sequence[bpy.types.Material | None]) -> None:
     """Give a mesh as many materials as it has, or one where it has none; clearing them would forget each face's."""
     for index, material in enumerate(materials):
         if index < len(mesh.materials):
@@ -305,20 +326,20 @@ def set_materials(mesh, materials):
 
 def _is_own(instance):
     """Whether an instance is but the mesh that its object, a curve, a text or the like, becomes."""
-    thing = instance.object.original
-    return instance.is_instance and thing.type != "MESH" and instance.parent.original == thing
+    original = instance.object.original
+    return instance.is_instance and original.type != "MESH" and instance.parent.original == original
 
 
-def _can_be_replaced(thing):
+def _can_be_replaced(obj):
     """Whether a copy of an object can stand in its place, which hides it: not in another scene, nor in a library."""
     # nor in an override of one: that it is hidden would be saved, but not the mark by which it comes back
-    return not (thing.library or thing.override_library) and len(thing.users_scene) == 1 and not _comes_back(thing)
+    return not (obj.library or obj.override_library) and len(obj.users_scene) == 1 and not _comes_back(obj)
 
 
-def _comes_back(thing):
+def _comes_back(obj):
     """Whether keyframes or a driver of its visibility would show an object again, beside its copy."""
-    curves = [curve for curve, _ in curves_of(thing)]
-    curves += thing.animation_data.drivers if thing.animation_data else []
+    curves = [curve for curve, _ in curves_of(obj)]
+    curves += obj.animation_data.drivers if obj.animation_data else []
     return any(curve.data_path == "hide_render" for curve in curves)
 
 
@@ -331,13 +352,14 @@ def _is_plain(matrix):
 
 
 def _since(before):
-    return [data for kind in KINDS for data in set(getattr(bpy.data, kind)) - before[kind]]
+    """The data-blocks that were made since there were those, {kind: set}."""
+    return [data for kind in DATA for data in set(getattr(bpy.data, kind)) - before[kind]]
 
 
 def _box(mesh, matrix):
     """Points (N, 3) on the sides of the box around a mesh, in the world, its corners among them."""
     low, high = meshes.bounds(meshes.vertices(mesh))
-    steps = np.linspace(0, 1, SAMPLES)
+    steps = np.linspace(0, 1, BOX_SAMPLES)
     grid = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
     grid = grid[np.any((grid == 0) | (grid == 1), axis=1)]
     return meshes.moved(low + grid * (high - low), matrix)

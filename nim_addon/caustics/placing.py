@@ -1,82 +1,94 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What shines in a scene with baked caustics: copies of the surfaces that took light, and lamps; and how all that goes again."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Iterable, Iterator, Sequence
 
 import bpy
 import mathutils
 import numpy as np
+from numpy.typing import NDArray
 
 from ..cycles.nodes import Nodes, empty_tree
 from ..cycles.object_values import carry, give
-from ..cycles.visibility import HIDDEN, OWNER, asked, has_nodes
+from ..cycles.visibility import CAUSTICS_HIDDEN, CAUSTICS_MARK, asked, has_nodes
 from . import lights
+from .atlas import Chart, Part
 from .bending import fed, kind_of, lands, own_groups
-from .density import LEVELS
-from .digest import ALIKE
+from .density import LEVELS, Texture
+from .digest import OBJECT_PROPERTIES
+from .photons import PLACE_ATTRIBUTE, set_materials
 
-MULTIPLE = "nim_caustics_multiple"  # of a lamp: whether it was found by chance too; of a sky: how it was sampled
+COLLECTION = "NIM Caustics"  # the name of the collection of all that a bake puts into a scene
+# custom properties, of files that people have: they keep their names
+SAMPLING = "nim_caustics_multiple"  # of a lamp: whether it was found by chance too; of a sky: how it was sampled
 SKY = "nim_caustics_sky"  # of the collection: the world whose sun the caustics are of
-STANDS = "nim_caustics_lamp"  # of a lamp that is only seen: the bpy.types.Light of the one it is seen for
-COLLECTION = "NIM Caustics"
+SEEN_FOR = "nim_caustics_lamp"  # of a lamp that is only seen: the bpy.types.Light of the one it is seen for
 DISKS = 6  # lamps for a Gaussian sun
 
 
-def baked(scene):
-    """The collection of the caustics in `scene`, or None."""
-    return next((one for one in scene.collection.children_recursive if one.get(OWNER)), None)
+def baked(scene: bpy.types.Scene) -> bpy.types.Collection | None:
+    """The collection of the caustics in a scene, None where it has none."""
+    return next(iter(_collections(scene)), None)
 
 
-def left(scene):
-    """Whether there is anything in `scene` for clear() to take back, if only what stays hidden without its copy."""
+def _collections(scene):
+    return [collection for collection in scene.collection.children_recursive if collection.get(CAUSTICS_MARK)]
+
+
+def left(scene: bpy.types.Scene) -> bool:
+    """Whether there is anything in a scene for clear() to take back, if only what stays hidden without its copy."""
     return baked(scene) is not None or any(
-        thing.get(HIDDEN) or (thing.type == "LIGHT" and thing.data.get(MULTIPLE) is not None) for thing in scene.objects
+        obj.get(CAUSTICS_HIDDEN) or (obj.type == "LIGHT" and obj.data.get(SAMPLING) is not None)
+        for obj in scene.objects
     )
 
 
-def standing(scene):
+def standing(scene: bpy.types.Scene) -> str:
     """A mark of which copies there are and where: one that was taken for its surface may be moved, or deleted."""
-    copies = [thing for thing in scene.objects if thing.get(OWNER) and thing.type == "MESH"]
+    copies = [obj for obj in scene.objects if obj.get(CAUSTICS_MARK) and obj.type == "MESH"]
     # as they are saved: a matrix is made anew by each machine
-    return repr(sorted([*thing.location, *thing.rotation_euler, *thing.scale] for thing in copies))
+    return repr(sorted([*obj.location, *obj.rotation_euler, *obj.scale] for obj in copies))
 
 
-def clear(scene):
+def clear(scene: bpy.types.Scene) -> None:
     """Take baked caustics out of `scene`: the copies and lamps go, and what they stood for is rendered again."""
-    things = [thing for thing in scene.objects if thing.get(OWNER)]
-    collections = [one for one in scene.collection.children_recursive if one.get(OWNER)]
-    data = {thing.data for thing in things}
-    materials = {
-        slot.material for thing in things for slot in thing.material_slots if slot.material and slot.material.get(OWNER)
+    objects, collections = [obj for obj in scene.objects if obj.get(CAUSTICS_MARK)], _collections(scene)
+    data = {obj.data for obj in objects}
+    worn = {slot.material for obj in objects for slot in obj.material_slots if slot.material}
+    materials = {material for material in worn if material.get(CAUSTICS_MARK)}
+    groups = {node.node_tree for material in materials for node in _nodes(material.node_tree) if node.type == "GROUP"}
+    groups = {group for group in groups if group and group.get(CAUSTICS_MARK)}
+    trees = [*(material.node_tree for material in materials), *groups]
+    images = {
+        node.image for tree in trees for node in tree.nodes if node.get(CAUSTICS_MARK) and node.type == "TEX_IMAGE"
     }
-    groups = {node.node_tree for one in materials for node in _nodes(one.node_tree) if node.type == "GROUP"}
-    groups = {group for group in groups if group and group.get(OWNER)}
-    trees = [*(one.node_tree for one in materials), *groups]
-    images = {node.image for tree in trees for node in tree.nodes if node.get(OWNER) and node.type == "TEX_IMAGE"}
-    for lamp in {thing[STANDS] for thing in things if thing.get(STANDS)}:
-        _found_by_chance(lamp)
-    for thing in scene.objects:
-        if thing.get(HIDDEN):
-            thing.hide_render, thing.hide_viewport = False, thing[HIDDEN] > 1
-            del thing[HIDDEN]
-        if thing.type == "LIGHT":
-            _found_by_chance(thing.data)
-    for world in {scene.world, *(one.get(SKY) for one in collections)} - {None}:
-        if world.get(MULTIPLE) is not None:
+    for light in {obj[SEEN_FOR] for obj in objects if obj.get(SEEN_FOR)}:
+        _found_by_chance(light)
+    for obj in scene.objects:
+        if obj.get(CAUSTICS_HIDDEN):
+            obj.hide_render, obj.hide_viewport = False, obj[CAUSTICS_HIDDEN] > 1
+            del obj[CAUSTICS_HIDDEN]
+        if obj.type == "LIGHT":
+            _found_by_chance(obj.data)
+    for world in {scene.world, *(collection.get(SKY) for collection in collections)} - {None}:
+        if world.get(SAMPLING) is not None:
             _switch_sun(world, hidden=False)
-            world.cycles.sampling_method = world[MULTIPLE]
-            del world[MULTIPLE]
+            world.cycles.sampling_method = world[SAMPLING]
+            del world[SAMPLING]
     for collection in collections:
         _hand_back(scene, collection)
-    bpy.data.batch_remove([*things, *collections])
+    bpy.data.batch_remove([*objects, *collections])
     bpy.data.batch_remove([*data, *materials, *groups, *images])
 
 
-def _found_by_chance(lamp):
-    """Let a lamp be found by chance again, if it was before."""
-    if lamp.get(MULTIPLE) is not None:
-        lamp.cycles.use_multiple_importance_sampling = lamp[MULTIPLE]
-        del lamp[MULTIPLE]
+def _found_by_chance(light):
+    """Let a bpy.types.Light be found by chance again, if it was before."""
+    if light.get(SAMPLING) is not None:
+        light.cycles.use_multiple_importance_sampling = light[SAMPLING]
+        del light[SAMPLING]
 
 
 def _nodes(tree):
@@ -90,45 +102,85 @@ def _nodes(tree):
 def _hand_back(scene, collection):
     """Leave what a person put into the collection of the caustics to the scene."""
     keeps, others = scene.collection, set(collection.children)
-    held = {thing for one in scene.collection.children_recursive if one != collection for thing in one.objects}
-    for thing in collection.objects:
-        if not thing.get(OWNER) and thing not in held and thing not in set(keeps.objects):
-            keeps.objects.link(thing)
+    held = {obj for other in scene.collection.children_recursive if other != collection for obj in other.objects}
+    for obj in collection.objects:
+        if not obj.get(CAUSTICS_MARK) and obj not in held and obj not in set(keeps.objects):
+            keeps.objects.link(obj)
     for child in others - set(keeps.children):
         keeps.children.link(child)
 
 
 def _switch_sun(world, hidden):
-    node = world.node_tree and world.node_tree.nodes.get(lights.HIDDEN)
+    node = world.node_tree and world.node_tree.nodes.get(lights.SUN_HIDDEN)
     if node:  # unless the sky was made anew
         node.outputs[0].default_value = float(hidden)
 
 
-def hide_sun(world):
+def hide_sun(world: bpy.types.World) -> None:
     """Leave the sun in a sky to where nothing was scattered: a lamp and the photons stand for it elsewhere."""
-    world[MULTIPLE] = world.cycles.sampling_method
+    world[SAMPLING] = world.cycles.sampling_method
     _switch_sun(world, hidden=True)
     world.cycles.sampling_method = "NONE"  # without its sun the sky is smooth, and is found by chance
 
 
-def color(light):
+def color(light: lights.Light) -> NDArray:
     """(3,) the colour of a light, its strongest channel 1."""
     strength = np.asarray(light.irradiance if isinstance(light, lights.Sun) else light.intensity)
     return strength / strength.max()
 
 
-def layers(texture):
-    """The (back, level) of the windows of a density.Texture: whether of the back of faces, and which of those nested."""
+def layers(texture: Texture) -> list[tuple[int, int]]:
+    """The (back, level) of the windows of a texture: 1 for the back of faces, and which of those nested, 0 the finest."""
     return sorted({(key // LEVELS % 2, key % LEVELS) for key in texture.windows})
 
 
-def names(back, level):
+def names(back: int, level: int) -> list[str]:
     """Names of the corner attributes for those windows: the place in the texture, and the window's two corners there."""
     return [f"nim_caustics_{what}_{'back' if back else 'front'}_{level}" for what in ("place", "low", "high")]
 
 
-def replace(scene, collection, name, copies, irradiance, layers):
-    """Put a copy of the object `name`, which also shines, in its place."""
+def copies(
+    parts: Iterable[Part], charts: Sequence[Chart], name: str, texture: Texture
+) -> Iterator[tuple[bpy.types.Mesh, Part]]:
+    """A mesh for each Part of the object of that name, with its windows' places in its texture: the attributes of names()."""
+    height, width = texture.shape
+    for part in (part for part in parts if part.name == name):
+        mesh = part.mesh.copy()
+        set_materials(mesh, part.materials)
+        mesh.attributes.remove(mesh.attributes[PLACE_ATTRIBUTE])
+        for back, level in layers(texture):
+            place = np.full((len(part.charts), 3), -1.0, np.float32)
+            bounds = np.zeros((2, len(part.charts), 3), np.float32)
+            for number in np.unique(part.charts):
+                window = texture.windows.get(LEVELS * (2 * number + back) + level) if number >= 0 else None
+                if window is None:
+                    continue
+                own = part.charts == number
+                flat = np.delete(part.corners[own], charts[number].axis // 2, axis=1)
+                place[own, :2] = ((flat - window.low) / window.texel + window.at) / (width, height)
+                # half a texel within, so that no neighbour shines through
+                bounds[0, own, :2] = (window.at + 0.5) / (width, height)
+                bounds[1, own, :2] = (window.at + window.cells - 0.5) / (width, height)
+            for attribute, values in zip(names(back, level), (place, *bounds), strict=True):
+                data = mesh.attributes.new(attribute, "FLOAT_VECTOR", "CORNER").data
+                data.foreach_set("vector", values.ravel())
+        yield mesh, part
+
+
+def replace(
+    scene: bpy.types.Scene,
+    collection: bpy.types.Collection,
+    name: str,
+    copies: Iterable[tuple[bpy.types.Mesh, Part]],
+    irradiance: NDArray,
+    layers: Sequence[tuple[int, int]],
+) -> None:
+    """Put a copy of the object of that name, which also shines, in its place.
+
+    collection: that gets the copy
+    copies:     of copies()
+    irradiance: (H, W, 3) W/m^2, of the texture whose windows have those layers()
+    """
     image = bpy.data.images.new(f"{COLLECTION} {name}", *irradiance.shape[1::-1], alpha=False, float_buffer=True)
     image.colorspace_settings.name = "Non-Color"
     pixels = np.ones((*irradiance.shape[:2], 4), np.float32)
@@ -137,47 +189,47 @@ def replace(scene, collection, name, copies, irradiance, layers):
     image.update()
     image.pack()
     group = _light(image, layers)
-    original = next(thing for thing in scene.objects if thing.name == name and not thing.library)
+    original = next(obj for obj in scene.objects if obj.name == name and not obj.library)
     for mesh, part in copies:
-        thing = bpy.data.objects.new(f"{COLLECTION} {name}", mesh)
-        thing.matrix_world = part.matrix
-        _look_alike(thing, original)
-        give(thing, part.values, original)
-        thing[OWNER] = True
+        copy = bpy.data.objects.new(f"{COLLECTION} {name}", mesh)
+        copy.matrix_world = part.matrix
+        _look_alike(copy, original)
+        give(copy, part.values, original)
+        copy[CAUSTICS_MARK] = True
         for index, material in enumerate(part.materials):
             if lands(material):
                 mesh.materials[index] = _shining(material, group)
-        collection.objects.link(thing)
-        _link_to_lamps(thing, original)
-    original[HIDDEN] = 2 if original.hide_viewport else 1
+        collection.objects.link(copy)
+        _link_to_lamps(copy, original)
+    original[CAUSTICS_HIDDEN] = 2 if original.hide_viewport else 1
     original.hide_render = original.hide_viewport = True
 
 
-def _look_alike(thing, original):
+def _look_alike(copy, original):
     """Give an object what decides, beside mesh and materials, how another one is rendered."""
     for key, value in original.items():
         if isinstance(value, (bool, int, float, str)) and not key.startswith("nim_"):
-            thing[key] = value
-    for name in ALIKE:
-        setattr(thing, name, getattr(original, name))
-    for kind in ("receiver_collection", "blocker_collection"):
-        setattr(thing.light_linking, kind, getattr(original.light_linking, kind))
+            copy[key] = value
+    for name in OBJECT_PROPERTIES:
+        setattr(copy, name, getattr(original, name))
+    for name in ("receiver_collection", "blocker_collection"):
+        setattr(copy.light_linking, name, getattr(original.light_linking, name))
 
 
-def _link_to_lamps(thing, original):
-    """Let the lamps that shine on some things only take a copy for its original."""
-    lamps = [one for one in bpy.data.objects if one.type == "LIGHT"]
-    for linked in {one.light_linking.receiver_collection for one in lamps} - {None}:
+def _link_to_lamps(copy, original):
+    """Let the lamps that shine on some objects only take a copy for its original."""
+    lamps = [obj for obj in bpy.data.objects if obj.type == "LIGHT"]
+    for linked in {lamp.light_linking.receiver_collection for lamp in lamps} - {None}:
         for held in (linked, *linked.children_recursive):
             at = list(held.objects).index(original) if original in set(held.objects) else None
-            if at is not None and thing not in set(held.objects):
-                held.objects.link(thing)
+            if at is not None and copy not in set(held.objects):
+                held.objects.link(copy)
                 state = held.collection_objects[at].light_linking.link_state
-                held.collection_objects[list(held.objects).index(thing)].light_linking.link_state = state
+                held.collection_objects[list(held.objects).index(copy)].light_linking.link_state = state
 
 
-def lamps(collection, light):
-    """Lamps for what a lights.Sun, Lamp or Area shines on straight; a Gaussian sun is made of some disks."""
+def lamps(collection: bpy.types.Collection, light: lights.Light) -> None:
+    """Put lamps into a collection for what a light shines on straight; a Gaussian sun is made of some disks."""
     if isinstance(light, lights.Sun):
         halves = light.half_angles(DISKS if light.gaussian else 1, np.random.default_rng(0))
         for half in halves:
@@ -205,25 +257,25 @@ def _lamp(collection, data, light, direction=None):
     # met by shadow rays only, which end at an interface: by chance it would be met through one, and counted twice
     data.cycles.use_multiple_importance_sampling = False
     lamp = bpy.data.objects.new(COLLECTION, data)
-    lamp[OWNER] = True
+    lamp[CAUSTICS_MARK] = True
     if direction:
         lamp.rotation_euler = mathutils.Vector(direction).to_track_quat("-Z", "Y").to_euler()
     collection.objects.link(lamp)
     return lamp
 
 
-def split(collection, placed):
-    """Let a lights.Placed be met by shadow rays only, and a copy of it only be seen, where nothing was scattered."""
-    lamp, data = placed.thing, placed.thing.data
-    if data.get(MULTIPLE) is None:
-        data[MULTIPLE] = data.cycles.use_multiple_importance_sampling
+def split(collection: bpy.types.Collection, placed: lights.Placed) -> None:
+    """Let a lamp be met by shadow rays only, and a copy of it, in a collection, only be seen, where nothing was scattered."""
+    lamp, data = placed.lamp, placed.lamp.data
+    if data.get(SAMPLING) is None:
+        data[SAMPLING] = data.cycles.use_multiple_importance_sampling
     data.cycles.use_multiple_importance_sampling = False
     seen = lamp.copy()
     seen.name = f"{COLLECTION} {lamp.name}"
     seen.data = data.copy()
     seen.data.cycles.use_multiple_importance_sampling = True
     seen.visible_diffuse = False
-    seen[OWNER], seen[STANDS] = True, data
+    seen[CAUSTICS_MARK], seen[SEEN_FOR] = True, data
     if not placed.single:
         seen.parent = None
         seen.animation_data_clear()
@@ -248,7 +300,7 @@ def _plain_diffuse(material):
 def _light(image, layers):
     """A node group: what a white surface would send out of the light in `image`, whose windows are those layers()."""
     group = bpy.data.node_groups.new(COLLECTION, "ShaderNodeTree")
-    group[OWNER] = True
+    group[CAUSTICS_MARK] = True
     group.interface.new_socket("Color", in_out="OUTPUT", socket_type="NodeSocketColor")
     nodes = Nodes(group)
     back = nodes.add("ShaderNodeNewGeometry").outputs["Backfacing"]
@@ -259,7 +311,7 @@ def _light(image, layers):
         )
         inside = None
         for limit, operation in zip(limits, ("GREATER_THAN", "LESS_THAN"), strict=True):
-            a, b = (nodes.add("ShaderNodeSeparateXYZ", inputs={0: one}) for one in (place, limit))
+            a, b = (nodes.add("ShaderNodeSeparateXYZ", inputs={0: vector}) for vector in (place, limit))
             for axis in (0, 1):
                 within = nodes.math(operation, a.outputs[axis], b.outputs[axis])
                 inside = nodes.math("MULTIPLY", inside, within) if inside else within
@@ -267,7 +319,7 @@ def _light(image, layers):
         # what a finer window shows, a coarser one does not
         left[side] = nodes.math("SUBTRACT", left[side], here)
         shown = nodes.add("ShaderNodeTexImage", inputs={"Vector": place}, image=image, interpolation="Linear")
-        shown[OWNER] = True
+        shown[CAUSTICS_MARK] = True
         scaled = nodes.scale(shown.outputs["Color"], here)
         light = nodes.vector("ADD", light, scaled) if light else scaled
     nodes.add("NodeGroupOutput", inputs={0: nodes.scale(light, 1 / np.pi)})
@@ -277,11 +329,11 @@ def _light(image, layers):
 def _shining(material, group):
     """A copy of `material` whose diffuse parts also send out what they would of the light of the _light() group."""
     copy = material.copy() if material else bpy.data.materials.new(COLLECTION)
-    copy[OWNER] = True
+    copy[CAUSTICS_MARK] = True
     if not has_nodes(material):
         _plain_diffuse(copy)
     for owned in own_groups(copy.node_tree):
-        owned[OWNER] = True
+        owned[CAUSTICS_MARK] = True
     carry(copy)
     for node, path in asked(copy):
         if kind_of(node, path) == "diffuse":

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import bpy
 
-from ..caustics.placing import MULTIPLE
+from ..caustics.placing import SAMPLING
 from ..cycles.material import asked_interfaces
 from ..cycles.problem import LINKED, Problem, about, own_data, own_things
 from ..cycles.visibility import asked, rendered
@@ -29,7 +29,7 @@ def lamps(sight: Sight) -> list[Problem]:
         light = thing.data
         if light.cycles.is_portal:  # which guides rays to the sky, and shines not
             continue
-        baked = light.get(MULTIPLE) is not None  # then its light through interfaces is traced, not found by chance
+        baked = light.get(SAMPLING) is not None  # then its light through interfaces is traced, not found by chance
         if _sizeless(light) and not baked:
             text = "The light {name} has no size: it is never seen through the interface and casts no light through it."
             found.append(about(thing, "zero_light", text, "Give it a size"))

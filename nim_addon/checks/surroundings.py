@@ -13,7 +13,7 @@ import numpy as np
 from ..cycles import meshes
 from ..cycles.casting import entries
 from ..cycles.meshes import bounds
-from ..cycles.visibility import PATHS
+from ..cycles.visibility import PATHS_MARK
 from ..physics import Medium
 from .bodies import FRONT, LARGEST, NEAR, Body, Patch
 from .sight import Sight
@@ -285,7 +285,7 @@ def survey(sight: Sight) -> Surroundings:
                 yield Body(one, solids[key])
 
     bodies = [body for body in bodies_of(one for one in sight.shown if one in wearers) if not body.flat]
-    others = [one for one in sight.shown if one not in wearers and not one.original.get(PATHS)]
+    others = [one for one in sight.shown if one not in wearers and not one.original.get(PATHS_MARK)]
     near, beyond = _standing(others, bodies, sight.limit)
     bodies += bodies_of(near)
     around = Surroundings(bodies, memory)

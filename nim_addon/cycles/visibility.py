@@ -15,9 +15,9 @@ import mathutils
 from .closures import INTERFACE
 from .nodes import uses_nodes
 
-OWNER = "nim_caustics"  # marks what a bake (caustics.Bake) put into the scene
-HIDDEN = "nim_caustics_hidden"  # and what it put a copy in the place of
-PATHS = "nim_light_paths"  # of the curves that show light paths (ui.light_paths), which neither light nor shade
+CAUSTICS_MARK = "nim_caustics"  # marks what a bake (caustics.Bake) put into the scene
+CAUSTICS_HIDDEN = "nim_caustics_hidden"  # and what it put a copy in the place of
+PATHS_MARK = "nim_light_paths"  # of the curves that show light paths (ui.light_paths), which neither light nor shade
 
 
 class Shown(NamedTuple):
@@ -55,7 +55,7 @@ class Asked(NamedTuple):
 
 def is_rendered(thing):
     """Whether an object is seen in renders without baked caustics, wherever one of its collections or instances is."""
-    return not thing.get(OWNER) and (not thing.hide_render or bool(thing.get(HIDDEN)))
+    return not thing.get(CAUSTICS_MARK) and (not thing.hide_render or bool(thing.get(CAUSTICS_HIDDEN)))
 
 
 def rendered(scene, view=None):
@@ -187,7 +187,7 @@ def lamps(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> list:
 
 def is_instance_rendered(thing, parent, alone):
     """Whether a render shows an instance of `thing` that `parent` makes; alone: the objects that it shows by themselves."""
-    if parent not in alone or thing.get(OWNER):
+    if parent not in alone or thing.get(CAUSTICS_MARK):
         return False
     # geometry nodes render an object that they make instances of even where it is hidden itself
     return is_rendered(thing) or parent.instance_type == "NONE"

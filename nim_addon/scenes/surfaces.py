@@ -70,12 +70,12 @@ def sky(name, horizon, zenith, *, strength=1.0, ground=None, glow=None):
         ratio = nodes.math("DIVIDE", angle, math.radians(width))
         gauss = nodes.math("EXPONENT", nodes.math("MULTIPLY", nodes.math("MULTIPLY", ratio, ratio), -1.0))
         scattered = nodes.math("GREATER_THAN", nodes.add("ShaderNodeLightPath").outputs["Diffuse Depth"], 0.5)
-        hidden = nodes.add("ShaderNodeValue", name=lights.HIDDEN).outputs[0]
+        hidden = nodes.add("ShaderNodeValue", name=lights.SUN_HIDDEN).outputs[0]
         hidden.default_value = 0.0
         seen = nodes.math("SUBTRACT", 1.0, nodes.math("MULTIPLY", scattered, hidden))
         gauss = nodes.math("MULTIPLY", gauss, seen)
         irradiance = np.multiply(tone, strength * gaussian(width))
-        world[lights.SUN] = [*np.negative(towards).tolist(), *irradiance.tolist(), math.radians(2 * width)]
+        world[lights.SUN_PROPERTY] = [*np.negative(towards).tolist(), *irradiance.tolist(), math.radians(2 * width)]
         color = nodes.vector("ADD", color, nodes.scale(tone, gauss))
     nodes.end(nodes.add("ShaderNodeBackground", inputs={"Color": color, "Strength": strength}), "World")
     return world

@@ -10,7 +10,7 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, FloatVectorProp
 
 from ..cycles.casting import Meshes
 from ..cycles.nodes import Nodes, empty_tree
-from ..cycles.visibility import PATHS as MARK
+from ..cycles.visibility import PATHS_MARK as MARK
 from ..cycles.visibility import as_rendered, shown
 from ..physics.rays import MOST_SEGMENTS, Fate, Kind, trace
 from . import light_sources

@@ -95,7 +95,9 @@ def test_clearing_gives_the_scene_back(scene):
     caustics.bake(scene, [SUN], texels=64, photons=1 << 13)
     assert scene.objects["Floor"].hide_render
     caustics.bake(scene, [SUN], texels=64, photons=1 << 13)  # again, in place of the former
-    assert len([thing for thing in scene.objects if thing.get(caustics.OWNER)]) == 2  # the floor's copy and the lamp
+    assert (
+        len([thing for thing in scene.objects if thing.get(caustics.CAUSTICS_MARK)]) == 2
+    )  # the floor's copy and the lamp
     caustics.clear(scene)
     assert not scene.objects["Floor"].hide_render
     assert not [image for image in bpy.data.images if image.name.startswith(caustics.COLLECTION)]

@@ -343,12 +343,12 @@ def test_a_bake_that_was_stopped_does_not_go_on_with_what_was_of_something_else(
 def test_meshes_are_read_again_only_where_they_have_changed(scene, monkeypatch):
     from nim_addon.caustics import digest as module
 
-    read, meshes = [], {}
-    original = module._mesh_mark
-    monkeypatch.setattr(module, "_mesh_mark", lambda mesh: read.append(mesh.name) or original(mesh))
+    read, marks = [], {}
+    original = module.mesh_mark
+    monkeypatch.setattr(module, "mesh_mark", lambda mesh: read.append(mesh.name) or original(mesh))
 
     def handler(scene, depsgraph):
-        forget_changed(meshes, depsgraph)
+        forget_changed(marks, depsgraph)
 
     bpy.app.handlers.depsgraph_update_post.append(handler)
     try:
@@ -359,7 +359,7 @@ def test_meshes_are_read_again_only_where_they_have_changed(scene, monkeypatch):
             wanted, count = digest(scene), len(read)
             bpy.context.view_layer.update()
             read.clear()
-            assert digest(scene, meshes) == wanted
+            assert digest(scene, marks) == wanted
             return count
 
         whole = mark()
@@ -371,7 +371,7 @@ def test_meshes_are_read_again_only_where_they_have_changed(scene, monkeypatch):
         assert set(read) == {"Floor"}
         thing("Slide").data.vertices[0].co.x += 0.1
         bpy.context.view_layer.update()
-        assert thing("Slide").session_uid not in {key[0] for key in meshes}
+        assert thing("Slide").session_uid not in {key[0] for key in marks}
         mark()
         assert set(read) == {"Floor", "Slide"}
         thing("Hook").location.z += 0.1

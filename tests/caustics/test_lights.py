@@ -235,7 +235,7 @@ def test_a_lamp_with_an_emission_node_is_traced_and_seen_with_its_colour(empty_f
     nodes.end(nodes.add("ShaderNodeEmission", inputs={"Color": (0.5, 0.25, 0.125), "Strength": 2.0}), "Light")
     assert lights.light_of(lamp).intensity == pytest.approx(plain * (1.0, 0.5, 0.25))
     caustics.bake(scene, texels=64, photons=1 << 12)
-    seen = next(one for one in scene.objects if one.type == "LIGHT" and one.get(caustics.OWNER))
+    seen = next(one for one in scene.objects if one.type == "LIGHT" and one.get(caustics.CAUSTICS_MARK))
     glow = next(node for node in seen.data.node_tree.nodes if node.type == "EMISSION")
     assert tuple(glow.inputs["Color"].default_value)[:3] == pytest.approx((1.0, 0.5, 0.25))
 

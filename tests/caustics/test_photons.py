@@ -11,7 +11,7 @@ from nim_addon.caustics.atlas import charts_of
 from nim_addon.caustics.lights import Sun
 from nim_addon.caustics.photons import Tracer
 from nim_addon.cycles.material import interface_material
-from nim_addon.cycles.visibility import PATHS
+from nim_addon.cycles.visibility import PATHS_MARK
 from nim_addon.physics import Interface, Medium
 from nim_addon.scenes import shapes, surfaces
 from nim_addon.scenes.stage import Stage
@@ -35,7 +35,7 @@ def stage_of(medium, backend, *, shade=None):
 def landed(scene, sun, passes=4, side=SIDE):
     with Tracer(scene) as tracer:
         batches = list(tracer.trace(sun, side**2, passes))
-        names = np.array([chart.thing for chart in tracer.charts])
+        names = np.array([chart.name for chart in tracer.charts])
         return (
             names[np.concatenate([one.chart for one in batches])],
             np.concatenate([one.place for one in batches]),
@@ -75,7 +75,7 @@ def test_what_is_shaded_gets_nothing(empty_file):
 
 def test_drawn_light_paths_shade_nothing(empty_file):
     scene = stage_of(Medium(-1.33), "nodes", shade=((-30 * math.tan(THETA), -2), (20, 2)))
-    scene.objects["Shade"][PATHS] = "sun"
+    scene.objects["Shade"][PATHS_MARK] = "sun"
     names, place, _ = landed(scene, Sun(DOWN, (1, 1, 1), 0.0))
     shift = math.tan(float(Interface(Medium(-1.33)).theta_t(THETA)))
     assert set(names) == {"Floor"}
@@ -116,14 +116,14 @@ def test_charts_of_a_box():
     vertices, faces = shapes.box((0, 0, 0), (1, 1, 1))
     corners = np.asarray(vertices)[np.asarray(faces)]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    number, axes = charts_of(vertices, faces, normals)
+    number, axes = charts_of(faces, normals)
     assert sorted(axes) == [0, 1, 2, 3, 4, 5]
     assert len(set(number)) == 6
 
 
 def test_charts_join_what_looks_the_same_way_and_touches():
     vertices, faces, _ = shapes.joined(shapes.grid((0, 0), (1, 1), 0.25), shapes.grid((2, 0), (3, 1), 0.25))
-    number, axes = charts_of(vertices, faces, np.tile((0, 0, 1), (len(faces), 1)))
+    number, axes = charts_of(faces, np.tile((0, 0, 1), (len(faces), 1)))
     assert len(axes) == 2 and list(axes) == [4, 4]
     assert len(set(number[: len(faces) // 2])) == 1
 

@@ -12,7 +12,7 @@ from nim_addon import caustics
 from nim_addon.caustics import placing
 from nim_addon.cycles.material import interface_material
 from nim_addon.cycles.nodes import Nodes, empty_tree
-from nim_addon.cycles.visibility import HIDDEN
+from nim_addon.cycles.visibility import CAUSTICS_HIDDEN
 from nim_addon.physics import Medium
 from nim_addon.scenes import shapes, sphere, surfaces
 
@@ -94,7 +94,7 @@ def test_a_material_that_shows_nothing_takes_no_light_and_the_last_bake_stays(lo
     assert caustics.baked(scene) and scene.objects["Floor"].hide_render
     mesh_object("Lower", shapes.rectangle((-4, -4), (4, 4), -1.0), principled("Lower"), scene)
     scene.objects["Floor"].hide_render = True
-    del scene.objects["Floor"][HIDDEN]
+    del scene.objects["Floor"][CAUSTICS_HIDDEN]
     assert set(bake(scene)) == {"Lower"}
 
 

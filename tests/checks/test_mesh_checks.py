@@ -14,7 +14,7 @@ from nim_addon import checks
 from nim_addon.checks import mesh_checks
 from nim_addon.cycles import settings
 from nim_addon.cycles.material import interface_material, interface_nodes
-from nim_addon.cycles.visibility import PATHS
+from nim_addon.cycles.visibility import PATHS_MARK
 from nim_addon.physics import MEDIA, Medium
 from nim_addon.scenes import SCENES, shapes
 from nim_addon.scenes.cube import CubeParameters
@@ -271,7 +271,7 @@ def test_a_sheet_that_spans_all_that_is_seen_is_right(scene):
     assert codes(scene) == []
     buoy.location.y = 600
     assert codes(scene) == ["open"]
-    buoy[PATHS] = "sun"  # drawn light paths are no part of what is seen
+    buoy[PATHS_MARK] = "sun"  # drawn light paths are no part of what is seen
     assert codes(scene) == []
 
 

@@ -10,7 +10,7 @@ from mathutils.bvhtree import BVHTree
 from nim_addon.cycles import casting
 from nim_addon.cycles.casting import Meshes
 from nim_addon.cycles.material import interface_material
-from nim_addon.cycles.visibility import OWNER, as_rendered, shown
+from nim_addon.cycles.visibility import CAUSTICS_MARK, as_rendered, shown
 from nim_addon.physics import Medium
 from nim_addon.scenes import shapes, surfaces
 
@@ -130,7 +130,7 @@ def test_curves_with_a_thickness_stop_rays_and_what_a_bake_made_does_not(scene, 
         point.co = x, 0, 2, 1
     scene.collection.objects.link(bpy.data.objects.new("Curve", curve))
     copy = add(scene, *shapes.rectangle((-1, -1), (1, 1), 3.0))
-    copy[OWNER] = True
+    copy[CAUSTICS_MARK] = True
     found, _ = hit(scene, [(0, 0, 9), (0, 0.9, 9)], (0, 0, -1))
     np.testing.assert_allclose(found.distance, (6.75, 9), atol=1e-5)
     assert found.which.tolist() == [-1, 0]

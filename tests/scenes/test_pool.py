@@ -417,10 +417,10 @@ def test_a_pool_built_again_has_no_caustics_of_the_last_one(empty_file):
     parameters = pool.PoolParameters.read(["sky=sunny"])
     scene = pool.build(parameters, "nodes")
     caustics.bake(scene, photons=1 << 13, texels=64)
-    assert [thing for thing in scene.objects if thing.get(caustics.OWNER)]
+    assert [thing for thing in scene.objects if thing.get(caustics.CAUSTICS_MARK)]
     assert scene.objects["Basin"].hide_render
     again = pool.build(parameters, "nodes")
     assert again == scene
-    assert not [thing for thing in scene.objects if thing.get(caustics.OWNER)]
+    assert not [thing for thing in scene.objects if thing.get(caustics.CAUSTICS_MARK)]
     assert not [image for image in bpy.data.images if image.name.startswith(caustics.COLLECTION)]
     assert not scene.objects["Basin"].hide_render

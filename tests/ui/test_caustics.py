@@ -34,7 +34,7 @@ def scene(addon, monkeypatch):
     """The default file with a ball of NIM over a floor in the sun; a million photons are twenty thousand."""
     monkeypatch.setattr(caustics_bake, "MILLION", 20_000)
     monkeypatch.setattr(caustics_bake, "ROUND", 5_000)
-    monkeypatch.setattr(baking, "TRIAL", 1 << 14)
+    monkeypatch.setattr(baking, "TRIAL_PHOTONS", 1 << 14)
     scene = bpy.context.scene
     bpy.data.objects.remove(bpy.data.objects["Cube"])
     add("Floor", shapes.rectangle((-4, -4), (4, 4), -1.0), surfaces.plain("Floor", (0.5, 0.5, 0.5)))
@@ -308,7 +308,7 @@ def test_what_cannot_be_baked_is_said_in_one_sentence(scene, press):
 def test_a_cube_made_a_nim_bakes(addon, monkeypatch):
     """The first that a person tries: the default cube, Make Negative-Index, a plane below, Bake Caustics."""
     monkeypatch.setattr(caustics_bake, "MILLION", 20_000)
-    monkeypatch.setattr(baking, "TRIAL", 1 << 14)
+    monkeypatch.setattr(baking, "TRIAL_PHOTONS", 1 << 14)
     bpy.ops.nim.convert()
     bpy.ops.mesh.primitive_plane_add(size=20, location=(0, 0, -1.5))
     bpy.context.scene.nim_caustics.photons, bpy.context.scene.nim_caustics.texels = 1, "512"

@@ -15,6 +15,7 @@ os.environ["HOME"] = "/"
 
 import bpy
 
+from nim_addon.base.files import whole
 from nim_addon.base.streams import quiet
 from nim_addon.scenes import SCENES, scene_type
 
@@ -25,7 +26,7 @@ except ValueError as error:
     print(f"make.py: {error}", file=sys.stderr)
     sys.exit(2)  # the words are wrong, as everywhere else; 1 is a failure
 for kind in kinds:
-    # saved elsewhere and moved: a killed run leaves no half file, and a .blend records the path it was saved to
+    # saved elsewhere and copied: a .blend records the path it was saved to
     with tempfile.TemporaryDirectory() as work, quiet():
         bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
         spare = bpy.context.scene
@@ -35,6 +36,5 @@ for kind in kinds:
         bpy.data.orphans_purge()
         made = Path(work, f"{kind.name}.blend")
         bpy.ops.wm.save_as_mainfile(filepath=str(made), compress=True)
-        target = shutil.copy(made, folder / f".{kind.name}.part.blend")
-        os.replace(target, folder / f"{kind.name}.blend")
+        whole(folder / f"{kind.name}.blend", lambda part, made=made: shutil.copy(made, part))
     print(f"{kind.name}.blend, {(folder / f'{kind.name}.blend').stat().st_size / 1e3:.0f} kB")

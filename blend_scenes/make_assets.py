@@ -18,6 +18,7 @@ os.environ["HOME"] = "/"
 import bpy
 import numpy as np
 
+from nim_addon.base.files import whole
 from nim_addon.base.streams import quiet
 from nim_addon.cycles.closures import INTERFACE
 from nim_addon.cycles.material import interface_material
@@ -154,8 +155,7 @@ def main(folder):
     with tempfile.TemporaryDirectory() as work, quiet():
         file = Path(work, "nim_assets.blend")
         bpy.data.libraries.write(str(file), set(made), fake_user=True, compress=True)
-        target = shutil.copy(file, folder / ".nim_assets.part.blend")
-        os.replace(target, folder / "nim_assets.blend")
+        whole(folder / "nim_assets.blend", lambda part: shutil.copy(file, part))
     print(f"nim_assets.blend, {len(made)} assets, {(folder / 'nim_assets.blend').stat().st_size / 1e3:.0f} kB")
 
 

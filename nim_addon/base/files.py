@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Files that appear whole or not at all, together where they belong together, and never through a link."""
 
+from __future__ import annotations
+
 import contextlib
 import errno
 import os
@@ -9,6 +11,7 @@ import shutil
 import socket
 import tempfile
 import unicodedata
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 from . import signals
@@ -24,7 +27,7 @@ PART = re.compile(r"\..*\.\w{8}\.part(\.gone)?", re.DOTALL)
 TURNING = {"LRE", "RLE", "LRO", "RLO", "PDF", "LRI", "RLI", "FSI", "PDI"}  # what changes the way in which text runs
 
 
-def check_name(name):
+def check_name(name: str) -> None:
     """Raise ValueError, one sentence, for a text that cannot name a file in a folder."""
     if name in ("", ".", "..") or any(map(_is_odd, name)):
         raise ValueError(f"{name!r} cannot name a file; use letters, digits, dots and dashes.")
@@ -41,7 +44,7 @@ def _is_odd(letter):
     )
 
 
-def writable_folder(folder):
+def writable_folder(folder: str | Path) -> Path:
     """Make `folder` (a path) if it is missing and return it as a Path; OSError, one sentence, if it cannot be written.
 
     What processes that were killed have left half written in it goes.
@@ -66,7 +69,9 @@ def writable_folder(folder):
 
 
 @contextlib.contextmanager
-def files_to(folder, name, suffixes=()):
+def files_to(
+    folder: str | Path, name: str, suffixes: Iterable[str] = ()
+) -> Iterator[tuple[Path, Callable[..., list[Path]]]]:
     """Files that appear in `folder` whole or not at all.
 
     suffixes: those of the files that will be, as far as they are known: whether they can be is seen before the work
@@ -87,7 +92,7 @@ def files_to(folder, name, suffixes=()):
         yield part, finish
 
 
-def whole(file, write):
+def whole(file: str | Path, write: Callable[[Path], object]) -> Path:
     """Call write(part) with the path of a temporary file, then give it the name `file`; returns the Path.
 
     A killed run leaves no half file under the name. Raises OSError, one sentence, where the file cannot be written.
@@ -96,14 +101,14 @@ def whole(file, write):
     with contextlib.suppress(RuntimeError):  # there is no such home, as will be said
         file = file.expanduser()
     with files_to(file.parent, file.stem, [file.suffix]) as (part, finish):
-        made = part / f"made{file.suffix}"
-        write(made)
-        return finish(made)[0]
+        written = part / f"written{file.suffix}"
+        write(written)
+        return finish(written)[0]
 
 
 @contextlib.contextmanager
-def temporary():
-    """A folder (Path) for what is needed for a moment; OSError, one sentence, where the computer has no room for it."""
+def temporary() -> Iterator[Path]:
+    """A folder for what is needed for a moment; OSError, one sentence, where the computer has no room for it."""
     with _said(None):
         place = Path(tempfile.gettempdir())
         sweep(place)
@@ -111,11 +116,11 @@ def temporary():
             yield folder
 
 
-def is_full(folder):
+def is_full(folder: str | Path | None) -> bool:
     """Whether there is no room for a file in a folder."""
     try:
-        return shutil.disk_usage(folder).free < 1 << 16
-    except (OSError, TypeError):  # there is no such folder
+        return folder is not None and shutil.disk_usage(folder).free < 1 << 16
+    except OSError:  # there is no such folder
         return False
 
 
@@ -144,8 +149,8 @@ def _cannot_write(folder, error):
 # ------------------------------------------------------------------------------------------------ names
 
 
-def check_targets(targets):
-    """Raise OSError, one sentence, where one of these Paths, which files will have, is a folder."""
+def check_targets(targets: Iterable[Path]) -> None:
+    """Raise OSError, one sentence, where one of these, which files will have, is a folder."""
     for target in targets:
         if os.path.isdir(target) and not os.path.islink(target):
             other = f"name a file in it, such as {target / 'picture'}{target.suffix}"
@@ -215,13 +220,15 @@ def _part_of(folder, name):
                 part = Path(tempfile.mkdtemp(prefix=f".{short}.", suffix=".part", dir=folder))
                 taken = stack.enter_context(contextlib.ExitStack())
                 taken.enter_context(signals.cleaned_up(lambda part=part: signals.remove(part)))
-                held = not fcntl or _is_locked(part, taken)
+                held = _is_locked(part, taken)
         with signals.interruptible():
             yield part
 
 
 def _is_locked(part, stack):
     """Whether a folder of parts is locked from now on, as long as this process and the ExitStack `stack` last."""
+    if not fcntl:
+        return True
     try:
         lock = os.open(part / LOCK, os.O_RDWR | os.O_CREAT | os.O_EXCL)
         stack.callback(os.close, lock)
@@ -237,16 +244,18 @@ def _is_locked(part, stack):
         return False
 
 
-def sweep(folder):
-    """Take away what processes of this computer that are dead have left half written in `folder` (Path)."""
+def sweep(folder: Path) -> None:
+    """Take away what processes of this computer that are dead have left half written in `folder`."""
     with contextlib.suppress(OSError):
         for part in folder.iterdir():
-            if fcntl and PART.fullmatch(part.name) and part.is_dir() and not part.is_symlink():
+            if PART.fullmatch(part.name) and part.is_dir() and not part.is_symlink():
                 with contextlib.suppress(OSError):
                     _sweep(part)
 
 
 def _sweep(part):
+    if not fcntl:
+        return None
     with contextlib.suppress(OSError):  # killed before there was a lock
         return part.rmdir()
     try:

@@ -5,6 +5,8 @@ A desktop has them; a bare server, such as a slim container, lacks a dozen, of w
 Standard library only: build.py reads it too.
 """
 
+from __future__ import annotations
+
 import ctypes
 import importlib.util
 import os
@@ -29,7 +31,7 @@ ARCH = {
 }
 
 
-def missing():
+def missing() -> list[str]:
     """Names such as libSM.so.6, sorted, of all that this Python's bpy needs and the loader does not find; it is not loaded.
 
     Empty where it is not installed, and on systems other than Linux.
@@ -38,9 +40,11 @@ def missing():
     return missing_for(spec.origin) if spec and spec.origin else []
 
 
-def missing_for(file):
-    """The same for the file of some bpy, a path; OSError where it cannot be read."""
-    waiting, own, wanted = [Path(file)], set(), set(DRAWS_WITH)
+def missing_for(file: str | Path) -> list[str]:
+    """The same for the file of some bpy; OSError where it cannot be read."""
+    waiting = [Path(file)]
+    own: set[str] = set()
+    wanted: set[str] = set(DRAWS_WITH)
     while waiting:
         needed, folders = _dynamic(waiting.pop())
         for name in set(needed) - own:
@@ -93,7 +97,7 @@ def _dynamic(file):
     return needed, [Path(folder) for folder in folders]
 
 
-def remedy(names):
+def remedy(names: list[str]) -> str | None:
     """The one command of this system, a text, that brings libraries of these names; None where it is not known.
 
     Of apt (Debian, Ubuntu), dnf (Fedora), zypper (openSUSE) and pacman (Arch) the first that there is.
@@ -110,7 +114,7 @@ def remedy(names):
     return None
 
 
-def of_debian(names):
+def of_debian(names: list[str]) -> list[str]:
     """Debian's packages, a sorted list, of libraries of these names."""
     return sorted({DEBIAN.get(name) or _debian_name(name) for name in names})
 
@@ -123,7 +127,7 @@ def _debian_name(name):
     return f"{stem}-{number}" if number and re.search(r"\d$", stem) else stem + number
 
 
-def why_not(error):
+def why_not(error: ImportError) -> str:
     """What to tell a person whose `import bpy` raised this ImportError."""
     if isinstance(error, ModuleNotFoundError) and error.name == "bpy":
         return f"Blender is not installed as a Python module ({error}); run: python -m pip install bpy"
@@ -131,7 +135,7 @@ def why_not(error):
     return sentence(names) if names else f"Blender's Python module is installed, but does not load: {error}"
 
 
-def sentence(names):
+def sentence(names: list[str]) -> str:
     """What to tell a person who lacks libraries of these names."""
     how = remedy(names)
     what = f"this system lacks shared libraries that Blender needs: {', '.join(names)}"

@@ -39,8 +39,9 @@ def prepare() -> None:
     if sys.stdin is None:
         sys.stdin = io.TextIOWrapper(io.FileIO(0, closefd=False))
     if os.name == "nt":  # where a console is no file
-        for stream in filter(None, (sys.stdout, sys.stderr)):
-            stream.reconfigure(errors="backslashreplace")
+        for stream in (sys.stdout, sys.stderr):
+            if isinstance(stream, io.TextIOWrapper):
+                stream.reconfigure(errors="backslashreplace")
         return
     for number, name in ((1, "stdout"), (2, "stderr")):
         former = getattr(sys, name)
@@ -62,7 +63,7 @@ def close() -> str | None:
     for stream in filter(None, (sys.stdout, sys.stderr)):
         stream.flush()
     failure = _Stream.failure
-    return failure and f"not all that there was to say could be written: {os.strerror(failure.errno)}."
+    return failure and f"not all that there was to say could be written: {os.strerror(failure.errno or 0)}."
 
 
 @contextlib.contextmanager

@@ -42,7 +42,7 @@ def script() -> None:
     try:
         code = main()
     except SystemExit as stop:  # of --help and --version
-        code = stop.code
+        code = int(stop.code or 0)
     if lost := streams.close():
         code = complain(lost, code or FAILURE)
     signals.leave(code)

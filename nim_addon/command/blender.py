@@ -56,13 +56,13 @@ def _own_temporary_folder() -> Iterator[None]:
 
 def can_denoise() -> bool:
     """Whether this Blender has OpenImageDenoise."""
-    import _cycles
+    import _cycles  # pyright: ignore[reportMissingImports] it is within Blender
 
     return _cycles.with_openimagedenoise
 
 
 def devices() -> list[str]:
     """The names of the processors that Cycles finds."""
-    import _cycles
+    import _cycles  # pyright: ignore[reportMissingImports]
 
     return [device[0] for device in _cycles.available_devices("CPU")]

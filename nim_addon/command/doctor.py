@@ -32,13 +32,13 @@ def run(arguments: argparse.Namespace) -> int:
     return FAILURE if problems else 0
 
 
-def examine() -> tuple[dict, list[str]]:
+def examine() -> tuple[dict[str, object], list[str]]:
     """What there is, JSON-ready by its name, and what is missing, in sentences that say how to mend it."""
     import platform
 
     import numpy
 
-    facts = {"nimray": VERSION, "python": platform.python_version(), "numpy": numpy.__version__}
+    facts: dict[str, object] = {"nimray": VERSION, "python": platform.python_version(), "numpy": numpy.__version__}
     problems = []
     try:
         bpy = blender.load()

@@ -18,7 +18,7 @@ from . import words
 HEAD = ("theta_i", "theta_t", "R_s", "R_p", "R", "T")
 
 # The angle of incidence and that of refraction, degrees, None where all is reflected, and the four of Interface.fresnel().
-Row = tuple[int, float | None, float, float, float, float]
+Row = tuple[int | float | None, ...]
 
 
 def add_to(commands: argparse._SubParsersAction) -> None:

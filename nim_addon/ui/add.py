@@ -12,11 +12,12 @@ from ..cycles.material import interface_material, interface_node
 from ..physics import MEDIA
 from ..scenes import shapes
 from ..scenes.sphere import make_round
-from .material import (
+from .media import (
     CUSTOM,
     MEDIUM_ITEMS,
     backend_for,
     chosen_medium,
+    draw_choice,
     index_property,
     medium_property,
     number,
@@ -84,7 +85,7 @@ class NIM_OT_add_node(bpy.types.Operator):
 
     def draw(self, context):
         """Draw the redo panel: numbers only where the medium is of own values."""
-        _draw_medium(self)
+        draw_choice(self.layout, self, "medium", "n", "mu")
 
 
 def _slab(size):
@@ -175,9 +176,9 @@ class NIM_OT_add_object(bpy.types.Operator):
             # Cycles keeps the flat ends apart from the round side only where the edges are sharp
             mesh.set_sharp_from_angle(angle=math.radians(40))
         mesh.update()
-        thing = object_data_add(context, mesh)
+        object_ = object_data_add(context, mesh)
         if self.shape == "sphere":
-            make_round(thing, self.size / 2)
+            make_round(object_, self.size / 2)
         text = pgettext_rpt("{name} of index {n} added")
         self.report({"INFO"}, text.format(name=pgettext_rpt(name, OWN), n=number(medium.n)))
         return {"FINISHED"}
@@ -187,16 +188,7 @@ class NIM_OT_add_object(bpy.types.Operator):
         self.layout.use_property_split = True
         self.layout.prop(self, "shape")
         self.layout.prop(self, "size")
-        _draw_medium(self)
-
-
-def _draw_medium(operator):
-    column = operator.layout.column(align=True)
-    column.use_property_split = True
-    column.prop(operator, "medium")
-    if operator.medium == CUSTOM:
-        column.prop(operator, "n")
-        column.prop(operator, "mu")
+        draw_choice(self.layout, self, "medium", "n", "mu")
 
 
 class NIM_MT_add_node(bpy.types.Menu):

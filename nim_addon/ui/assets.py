@@ -10,10 +10,10 @@ NAME = "NIM for Blender"
 FOLDER = Path(__file__).resolve().parents[1] / "assets"
 
 
-def library():
-    """The bpy.types.UserAssetLibrary of the preferences that is ours, or None."""
+def library() -> bpy.types.UserAssetLibrary | None:
+    """The entry of the preferences that is ours, or None."""
     libraries = bpy.context.preferences.filepaths.asset_libraries
-    return next((one for one in libraries if one.path and Path(bpy.path.abspath(one.path)) == FOLDER), None)
+    return next((known for known in libraries if known.path and Path(bpy.path.abspath(known.path)) == FOLDER), None)
 
 
 class NIM_OT_register_assets(bpy.types.Operator):

@@ -6,6 +6,7 @@ from collections import OrderedDict
 import bpy.utils.previews
 import numpy as np
 
+from ..physics import Interface
 from . import deferred
 
 # Colours, 0 to 1: the ground, axes and grid, text, and the curves.
@@ -28,15 +29,15 @@ LETTERS = {
 }
 
 # Icons are never freed while the add-on runs, since a region may still show one: a few are used over and over.
-_SLOTS = 8
+SLOTS = 8
 _icons = None
 _shown = OrderedDict()
 
 
-def picture(interface, size, scale=1.0):
+def picture(interface: Interface, size: int, scale: float = 1.0) -> np.ndarray:
     """R(theta_i), R_s and R_p from outside, and R from inside (grey, dashed), over 0 to 90 degrees.
 
-    interface: physics.Interface; size: pixels of a side; scale: of the lines and letters
+    size: pixels of a side; scale: of the lines and letters
     Returns (size, size, 4) float32, row 0 at the bottom, as Blender's images are.
     """
     image = np.ones((size, size, 4), np.float32)
@@ -100,7 +101,7 @@ def _curve(image, x, y, width, color, dash=None):
     image[..., :3] += cover * (np.array(color, np.float32) - image[..., :3])
 
 
-def icon(interface, size, scale=1.0):
+def icon(interface: Interface, size: int, scale: float = 1.0) -> int:
     """The icon number of picture(interface, size, scale); the last one's until it is made, by the time of a redraw."""
     key = (interface, size, scale)
     if key in _shown:
@@ -112,7 +113,7 @@ def icon(interface, size, scale=1.0):
 
 
 def _make(key):
-    free = len(_shown) < _SLOTS
+    free = len(_shown) < SLOTS
     preview = _icons.new(str(len(_shown))) if free else _shown.popitem(last=False)[1]
     preview.image_size = key[1:2] * 2
     preview.image_pixels_float.foreach_set(picture(*key).ravel())

@@ -6,6 +6,8 @@ starts or ends just then leaves the mark set for good, and no operator can chang
 """
 
 import time
+from collections.abc import Callable
+from typing import Any
 
 import bpy
 
@@ -13,7 +15,7 @@ _waiting = {}  # functions with what they are given, and when each is due
 _working = False
 
 
-def do(function, *given, after=0.0):
+def do(function: Callable[..., None], *given: Any, after: float = 0.0) -> None:
     """Call function(*given) as soon as Blender is not drawing; once, however often it is asked for before.
 
     after: seconds that it waits, counted anew each time that it is asked for
@@ -57,7 +59,7 @@ def _has_note(area):
     return area.type == "VIEW_3D" and area.spaces.active.shading.type in ("MATERIAL", "RENDERED")
 
 
-def stop():
+def stop() -> None:
     """Forget what is waiting."""
     _waiting.clear()
     if bpy.app.timers.is_registered(_work):

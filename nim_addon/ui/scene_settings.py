@@ -4,7 +4,6 @@
 import dataclasses
 
 import bpy
-import numpy as np
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from ..physics import MEDIA, Medium
@@ -12,6 +11,7 @@ from ..scenes import SCENES
 from ..scenes import stage as stages
 from ..scenes.parameters import Parameters
 from . import preferences
+from .media import plain
 from .translations import OWN
 
 # Blender files hold these numbers: they stay, and new names get new ones.
@@ -151,22 +151,17 @@ def _group(scene_type):
 # ------------------------------------------------------------------------------- what they hold
 
 
-def _number(value):
-    """The shortest decimal that Blender's single precision keeps: -1.33, not -1.3300000429."""
-    return float(str(np.float32(value)))
-
-
 def value_of(group: bpy.types.PropertyGroup, field: dataclasses.Field) -> object:
     """What a group holds of a field of its scene's Parameters."""
     kind, name = field.metadata["kind"], field.name
     value = getattr(group, name)
     if kind == "number":
-        return None if field.default is None and not getattr(group, f"use_{name}") else _number(value)
+        return None if field.default is None and not getattr(group, f"use_{name}") else plain(value)
     if kind == "liquid":
         if value != "custom":
             return None if value == "none" else MEDIA[value]
         own = hasattr(group, f"use_{name}_mu") and getattr(group, f"use_{name}_mu")
-        return Medium(_number(getattr(group, f"{name}_n")), _number(getattr(group, f"{name}_mu")) if own else None)
+        return Medium(plain(getattr(group, f"{name}_n")), plain(getattr(group, f"{name}_mu")) if own else None)
     if kind == "mesh" and value == "file":
         return bpy.path.abspath(getattr(group, f"{name}_file"))
     return value

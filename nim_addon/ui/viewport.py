@@ -28,7 +28,7 @@ def wrong_engine(space: bpy.types.Space | None, scene: bpy.types.Scene) -> str |
     return engine if known and known.backends else None
 
 
-def draw_note(layout, context):
+def draw_note(layout: bpy.types.UILayout, context: bpy.types.Context) -> bool:
     """Draw the sentence and the button into a panel of a 3D view that shows interfaces wrongly; True if it does."""
     engine = wrong_engine(context.space_data, context.scene)
     if engine:
@@ -46,7 +46,7 @@ def _draw_in_view():
         return
     scale = context.preferences.system.ui_scale
     # the toolbar may lie over the view
-    left = sum(one.width for one in context.area.regions if one.type == "TOOLS" and one.x == region.x)
+    left = sum(other.width for other in context.area.regions if other.type == "TOOLS" and other.x == region.x)
     blf.size(0, SIZE * scale)
     blf.enable(0, blf.SHADOW)
     blf.shadow(0, 5, 0.0, 0.0, 0.0, 1.0)
@@ -90,13 +90,13 @@ class NIM_PT_checks(Sidebar, bpy.types.Panel):
         if known is None:
             layout.label(text="Looking...", icon="VIEWZOOM")
             return
-        those = warnings.found(context.scene)
+        problems = warnings.found(context.scene)
         noted = draw_note(layout, context)
-        if not known.backends and not those:
+        if not known.backends and not problems:
             layout.label(text="No interface in this scene yet", icon="INFO")
-        elif not those and not known.unmeasured and not noted:
+        elif not problems and not known.unmeasured and not noted:
             layout.label(text="Nothing to mend", icon="CHECKMARK")
-        warnings.draw_problems(layout, context, those)
+        warnings.draw_problems(layout, context, problems)
         if known.unmeasured:
             layout.operator("nim.check_meshes", icon="VIEWZOOM")
 

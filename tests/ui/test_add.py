@@ -82,7 +82,7 @@ def test_a_node_with_ready_media(addon, press):
 
 
 def test_every_medium_can_be_chosen():
-    from nim_addon.ui.material import MEDIUM_NUMBERS
+    from nim_addon.ui.media import MEDIUM_NUMBERS
 
     chosen = {(MEDIA[name].n, MEDIA[name].mu) for name in MEDIUM_NUMBERS}
     assert chosen == {(medium.n, medium.mu) for medium in MEDIA.values()} and len(chosen) == len(MEDIUM_NUMBERS)

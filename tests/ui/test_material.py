@@ -104,7 +104,7 @@ def test_the_panel_is_drawn_where_a_value_is_no_mediums(material, draw, name, va
 
 @pytest.mark.parametrize("name", MEDIA)
 def test_every_preset_is_recognised(material, name):
-    from nim_addon.ui.material import MEDIUM_NUMBERS
+    from nim_addon.ui.media import MEDIUM_NUMBERS
 
     material.nim.n_inside, material.nim.mu_inside = MEDIA[name].n, MEDIA[name].mu
     shown = material.nim.medium_inside
@@ -220,7 +220,7 @@ def test_without_an_interface_the_panel_offers_one(addon, draw):
 
 
 def test_readings():
-    from nim_addon.ui.material import readings, summary
+    from nim_addon.ui.readings import readings, summary
 
     of = dict(readings(Interface(Medium(-1.5))))
     assert of["Bends backwards"] == "yes" and of["R at normal incidence"] == "4 %"
@@ -240,7 +240,7 @@ def test_readings():
 
 
 def test_a_single_precision_value_reads_as_it_was_typed(material):
-    from nim_addon.ui.material import active_node, interface_shown
+    from nim_addon.ui.material_values import active_node, interface_shown
 
     material.nim.n_inside = -1.33
     shown = interface_shown(active_node(material))
@@ -265,23 +265,41 @@ def test_the_curve_is_the_reflectance(addon):
 def test_the_curve_is_made_once_for_each_interface(addon, monkeypatch):
     from nim_addon.ui import curve
 
-    made = []
+    pictures = []
     original = curve.picture
-    monkeypatch.setattr(curve, "picture", lambda *given: made.append(given) or original(*given))
+    monkeypatch.setattr(curve, "picture", lambda *given: pictures.append(given) or original(*given))
     for n in (-1.5, -1.5, -1.6, -1.5):
         curve.icon(Interface(Medium(n)), 100)
-    assert len(made) == 2
-    for n in range(2, 20):
-        curve.icon(Interface(Medium(n)), 100)
-    assert len(curve._icons) <= 8
+    assert len(pictures) == 2
+
+
+def test_a_few_icons_are_used_over_and_over(addon, monkeypatch):
+    """Without a window Blender gives icons no numbers: these stand for its own."""
+    from nim_addon.ui import curve
+
+    def new(name):
+        icons.append(SimpleNamespace(icon_id=len(icons) + 1, image_pixels_float=SimpleNamespace(foreach_set=len)))
+        return icons[-1]
+
+    icons = []
+    curve.unregister()
+    with monkeypatch.context() as patch:
+        patch.setattr(bpy.utils.previews, "new", lambda: SimpleNamespace(new=new))
+        patch.setattr(bpy.utils.previews, "remove", lambda those: None)
+        curve.register()
+        shown = [curve.icon(Interface(Medium(n)), 100) for n in range(2, 20)]
+        assert set(shown) == set(range(1, curve.SLOTS + 1)) and len(icons) == curve.SLOTS
+        assert curve.icon(Interface(Medium(19)), 100) == shown[-1] != curve.icon(Interface(Medium(2)), 100)
+        curve.unregister()
+    curve.register()
 
 
 def test_a_redraw_takes_less_than_two_milliseconds(material, draw):
     for i in range(19):
         other = interface_material(f"Other {i}", Medium(-1.5 - i / 10), backend="nodes")
-        thing = bpy.data.objects.new(f"Thing {i}", bpy.data.objects["Cube"].data.copy())
-        thing.data.materials[0] = other
-        bpy.context.collection.objects.link(thing)
+        object_ = bpy.data.objects.new(f"Object {i}", bpy.data.objects["Cube"].data.copy())
+        object_.data.materials[0] = other
+        bpy.context.collection.objects.link(object_)
     bpy.context.view_layer.update()
     draw(material)
     times = []

@@ -1,0 +1,200 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The media of a material's interface node as properties of the material, and what is wrong with them."""
+
+import functools
+import math
+
+import bpy
+from bpy.app.translations import pgettext_iface
+
+from ..cycles.material import interface_nodes, interface_of, number_of
+from ..physics import MEDIA, Interface, Medium
+from ..physics.media import LEAST_MAGNITUDE, MOST_MAGNITUDE
+from .media import MEDIUM_ITEMS, MEDIUM_NUMBERS, MOST_MU, MOST_N, number, plain
+from .translations import OWN
+
+
+def active_node(material: bpy.types.Material | None) -> bpy.types.Node | None:
+    """The interface node of a material (or None) that the panel shows: the active one, else the first; or None."""
+    nodes = interface_nodes(material)
+    active = material.node_tree.nodes.active if nodes else None
+    return active if active in nodes else next(iter(nodes), None)
+
+
+def sockets_of(node: bpy.types.Node, side: str) -> tuple[bpy.types.NodeSocket, bpy.types.NodeSocket]:
+    """The sockets of n and mu of a side, "inside" or "outside"."""
+    title = side.title()
+    return node.inputs[f"Index {title}"], node.inputs[f"Permeability {title}"]
+
+
+def _values(node, side):
+    """n and mu of a side as both shaders read them: mu with the sign of n."""
+    n, mu = (plain(socket.default_value) for socket in sockets_of(node, side))
+    return n, math.copysign(mu, n)
+
+
+NO_INDEX = "n = 0 refracts nothing: give a positive index, or a negative one for a NIM."
+NO_PERMEABILITY = "mu = 0 has no impedance: give a positive or a negative permeability."
+
+
+def complaints(node: bpy.types.Node, side: str) -> list[str]:
+    """What is wrong with n and mu of a side, in a sentence each: what a script, a Value node or a keyframe may put there."""
+    found = []
+    for socket, name, none in zip(sockets_of(node, side), ("n", "mu"), (NO_INDEX, NO_PERMEABILITY), strict=True):
+        value = number_of(socket)
+        if value is None or LEAST_MAGNITUDE <= abs(value) <= MOST_MAGNITUDE:  # which what is no number is not
+            continue
+        if value == 0:
+            found.append(pgettext_iface(none))
+        elif math.isnan(value):
+            found.append(
+                pgettext_iface("{name} is no number: give one, such as {example}.").format(name=name, example=-1)
+            )
+        else:
+            text = pgettext_iface(
+                "{name} = {value} is out of range: without its sign it lies between {low} and {high}."
+            )
+            found.append(
+                text.format(name=name, value=number(value), low=number(LEAST_MAGNITUDE), high=number(MOST_MAGNITUDE))
+            )
+    return found
+
+
+# What the panel says about the last value typed in, as long as the values are those it left behind.
+_notes = {}
+
+
+def note(material: bpy.types.Material, side: str) -> str:
+    """What was changed of the value that was typed in last; empty where nothing was, or it is another by now."""
+    node = active_node(material)
+    values, text, filled = _notes.get((material.session_uid, side), (None, "", {}))
+    return pgettext_iface(text).format(**filled) if values == _values(node, side) else ""
+
+
+def _set_values(material, side, n, mu):
+    """Write n and mu into the sockets; mu takes the sign of n, and neither may be 0. The panel says what was changed."""
+    node = active_node(material)
+    if node is None or not material.is_editable:
+        return
+    before = _values(node, side)
+    text, filled = "", {}
+    # a script may write what a slider does not let through; what is no number is kept, and complained of, if it was there
+    n, mu = (
+        given if math.isnan(given) else max(-most, min(given, most)) for given, most in ((n, MOST_N), (mu, MOST_MU))
+    )
+    if n == 0 or math.isnan(n):
+        n, text = before[0], NO_INDEX
+    if mu == 0 or math.isnan(mu):
+        mu, text = before[1], text or NO_PERMEABILITY
+    if not text and math.copysign(mu, n) != mu:
+        text, filled = "mu set to {mu} to go with n = {n}.", {"mu": number(-mu), "n": number(n)}
+    for socket, value in zip(sockets_of(node, side), (n, math.copysign(mu, n)), strict=True):
+        if socket.default_value != value:
+            socket.default_value = value
+    if text:
+        _notes[material.session_uid, side] = (_values(node, side), text, filled)
+
+
+def _number_property(side, which, **how):
+    """A side's n (0) or mu (1), as `which` says, which lives in the node's socket."""
+
+    def read(self):
+        node = active_node(self.id_data)
+        return _values(node, side)[which] if node else 1.0
+
+    def write(self, value):
+        node = active_node(self.id_data)
+        if node:
+            values = list(_values(node, side))
+            values[which] = value
+            _set_values(self.id_data, side, *values)
+
+    return bpy.props.FloatProperty(get=read, set=write, precision=3, options=set(), **how)
+
+
+def _index(side):
+    return _number_property(
+        side,
+        0,
+        name="n",
+        description="Refractive index; negative for a negative-index material. To animate it, put keyframes on the "
+        "node's own socket",
+        min=-MOST_N,
+        max=MOST_N,
+        step=1,
+    )
+
+
+def _permeability(side):
+    return _number_property(
+        side,
+        1,
+        name="mu",
+        description="Relative permeability; it always has the sign of n",
+        min=-MOST_MU,
+        max=MOST_MU,
+        step=10,
+    )
+
+
+def _medium(side):
+    def read(self):
+        node = active_node(self.id_data)
+        values = _values(node, side) if node else None
+        return next((i for name, i in MEDIUM_NUMBERS.items() if (MEDIA[name].n, MEDIA[name].mu) == values), 0)
+
+    def write(self, value):
+        name = next((name for name, i in MEDIUM_NUMBERS.items() if i == value), None)
+        if name:
+            _set_values(self.id_data, side, MEDIA[name].n, MEDIA[name].mu)
+
+    return bpy.props.EnumProperty(
+        name="Medium",
+        description="A ready medium; n and mu can be typed below",
+        items=MEDIUM_ITEMS,
+        translation_context=OWN,
+        get=read,
+        set=write,
+        options=set(),
+    )
+
+
+class NIM_PG_material(bpy.types.PropertyGroup):
+    """The media of a material's interface node. Nothing is stored here: the values are the node's own sockets."""
+
+    medium_inside: _medium("inside")
+    medium_outside: _medium("outside")
+    n_inside: _index("inside")
+    n_outside: _index("outside")
+    mu_inside: _permeability("inside")
+    mu_outside: _permeability("outside")
+
+
+@functools.lru_cache(maxsize=64)
+def _interface(values):
+    """The Interface of ((n, mu) inside, (n, mu) outside), the same object each time."""
+    return Interface(*(Medium(n, mu) for n, mu in values))
+
+
+def interface_shown(node: bpy.types.Node) -> Interface | None:
+    """The physics.Interface of a node, its numbers as a person typed them; None where interface_of() is None."""
+    interface = interface_of(node)
+    if interface is None:
+        return None
+    return _interface(tuple((plain(medium.n), plain(medium.mu)) for medium in (interface.inside, interface.outside)))
+
+
+CLASSES = (NIM_PG_material,)
+
+
+def register():
+    """Give each material its NIM_PG_material."""
+    bpy.types.Material.nim = bpy.props.PointerProperty(
+        type=NIM_PG_material, name="Negative Index", description="The media of the material's interface node"
+    )
+
+
+def unregister():
+    """Take it back."""
+    del bpy.types.Material.nim
+    _notes.clear()

@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The media that a person chooses from, as properties of an operator, and the backend of a new material."""
+
+import math
+
+import bpy
+import numpy as np
+
+from ..cycles.material import osl_available, resolve
+from ..physics import MEDIA, Medium
+from . import preferences
+from .translations import OWN
+
+# Of media with the same numbers the first stands for all. The numbers are kept in files: never change one.
+MEDIUM_NUMBERS = {
+    "air": 1,
+    "water": 2,
+    "glass": 3,
+    "diamond": 4,
+    "nim-1.025": 5,
+    "nim-1.33": 6,
+    "nim-1.5": 7,
+    "nim-2.418": 8,
+    "nim-4.1": 9,
+    "nim-mu10": 10,
+    "nim-mu25": 11,
+}
+MEDIUM_NAMES = {"air": "Air, vacuum", "water": "Water", "glass": "Glass", "diamond": "Diamond"}
+CUSTOM = "custom"
+SIDES = ("inside", "outside")
+# The range of the node's sockets.
+MOST_N, MOST_MU = 10.0, 100.0
+
+
+def number(value: float) -> str:
+    """A number as a person writes it: four digits that count, no trailing zeros."""
+    return f"{value:.4g}"
+
+
+def plain(value: float) -> float:
+    """The shortest decimal that a value of Blender's single precision stands for: -1.33, not -1.3300000429."""
+    return float(str(np.float32(value)))
+
+
+def _label(name):
+    medium = MEDIA[name]
+    text = f"{MEDIUM_NAMES.get(name, 'NIM')}   {number(medium.n)}"
+    return text if abs(medium.mu) == 1 else f"{text}, mu {number(medium.mu)}"
+
+
+def _help(name):
+    medium = MEDIA[name]
+    return f"n = {number(medium.n)}, mu = {number(medium.mu)}"
+
+
+MEDIUM_ITEMS = (
+    *((name, _label(name), _help(name), "NONE", value) for name, value in MEDIUM_NUMBERS.items()),
+    (CUSTOM, "Own values", "The n and mu that are typed in", "NONE", 0),
+)
+
+
+def medium_property(default: str, name: str, description: str):
+    """An EnumProperty of the ready media, for an operator."""
+    return bpy.props.EnumProperty(
+        name=name, description=description, items=MEDIUM_ITEMS, default=default, translation_context=OWN
+    )
+
+
+def index_property(default: float):
+    """A FloatProperty of n, for an operator whose medium is "custom"."""
+    return bpy.props.FloatProperty(
+        name="n",
+        description="Refractive index; any but 0",
+        min=-MOST_N,
+        max=MOST_N,
+        default=default,
+        step=1,
+        precision=3,
+    )
+
+
+def permeability_property():
+    """A FloatProperty of |mu|, for an operator whose medium is "custom"."""
+    return bpy.props.FloatProperty(
+        name="|mu|",
+        description="Relative permeability; it takes the sign of n",
+        min=0.001,
+        max=MOST_MU,
+        default=1.0,
+        step=10,
+        precision=3,
+    )
+
+
+def chosen_medium(name: str, n: float, mu: float) -> Medium:
+    """The Medium of an enum item; of n and mu where it is "custom". Raises ValueError for n = 0."""
+    if name != CUSTOM:
+        return MEDIA[name]
+    n = plain(n)
+    return Medium(n, math.copysign(plain(mu), n) if n else None)
+
+
+def backend_for(scene: bpy.types.Scene, choice: str | None = None) -> str:
+    """The backend, "osl" or "nodes", of a new material, such that it renders in `scene` as that is set up.
+
+    choice: "osl", "nodes" or "auto"; the preferences' if None. "auto" is OSL only where the scene has it turned on.
+    """
+    choice = choice or preferences.settings().backend
+    if choice == "osl" and osl_available():
+        return "osl"
+    if choice == "nodes" or not getattr(scene, "cycles", None) or not scene.cycles.shading_system:
+        return "nodes"
+    return resolve("auto", scene)
+
+
+def draw_choice(layout: bpy.types.UILayout, operator: bpy.types.Operator, medium: str, n: str, mu: str) -> None:
+    """Draw an operator's three properties of those names: the numbers only where the medium is of own values."""
+    column = layout.column(align=True)
+    column.use_property_split = True
+    column.prop(operator, medium)
+    if getattr(operator, medium) == CUSTOM:
+        column.prop(operator, n)
+        column.prop(operator, mu)

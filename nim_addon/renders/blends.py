@@ -39,7 +39,7 @@ class Blend:
             raise ValueError(f"{path} has the scenes {listed}; name one of them.")
         if scene is not None and scene not in names:
             raise ValueError(f"{path} has no scene {scene!r}; it has {listed}.")
-        return cls(str(path), scene or names[0], _sha256(path))
+        return cls(str(path), scene or names[0], sha256_of(path))
 
     @classmethod
     def from_record(cls, record: Mapping[str, object]) -> Blend:
@@ -61,7 +61,7 @@ class Blend:
         self.from_record(self.record())
         with quiet(), bpy.data.libraries.load(self.file, link=False) as (_, wanted):
             wanted.scenes = [self.scene]
-        return wanted.scenes[0]
+        return wanted.scenes[0]  # pyright: ignore[reportReturnType]  where names stood there is data now
 
 
 def _scenes_of(path):
@@ -75,6 +75,7 @@ def _scenes_of(path):
     return names
 
 
-def _sha256(path):
+def sha256_of(path: Path) -> str:
+    """Of a file's content, in hexadecimal."""
     with path.open("rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()

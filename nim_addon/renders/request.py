@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import KW_ONLY, dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import bpy
 
@@ -24,7 +24,7 @@ from ..cycles.material import resolve
 from ..scenes import SCENES, SceneType, scene_type
 from ..scenes.parameters import Parameters, file_name, in_any_case
 from ..scenes.stage import SAMPLES, Pose, aim
-from .blends import Blend
+from .blends import Blend, sha256_of
 from .changes import change_of, code_mark
 from .temporary import TemporaryScene
 from .values import CHECKS, RECORDED, version_numbers
@@ -36,6 +36,9 @@ OF_A_SCENE = ("scene", "parameters", "size", "samples", "seed", "denoise")  # wh
 # From the name of an image and its samples, or from its samples and photons: what render(), or bake(), reports to.
 Showing = Callable[[str, int], AbstractContextManager[Callable[[int, int, float | None], None] | None]]
 Tracing = Callable[[int, int], AbstractContextManager[Callable[[int, int], None] | None]]
+
+
+Value = TypeVar("Value")
 
 
 class NoPhotons(ValueError):
@@ -145,12 +148,12 @@ class Request:
         """What its files are called where nobody says: the scene and its settings, or the .blend."""
         if self.blend:
             return Path(self.blend.file).stem
-        return file_name(self.scene, self.parameters.assignments())
+        return file_name(_known(self.scene), _known(self.parameters).assignments())
 
     @property
     def moves(self) -> bool:
         """Whether it is of a scene that has a time."""
-        return hasattr(self.parameters, "time")
+        return self.parameters is not None and "time" in self.parameters.plain()
 
     def sequence(self, first: int, last: int, fps: float) -> dict[int, Request]:
         """The requests for the frames `first` to `last` of a scene that moves, each with a noise of its own.
@@ -158,13 +161,14 @@ class Request:
         Frame 1 shows it at its parameter `time`. Raises ValueError, one sentence, for a scene in which nothing moves, and
         for a time out of its range.
         """
-        if not self.moves:
-            raise ValueError(f"nothing moves in the {self.name}; a sequence is of the pool or the sea.")
+        if self.parameters is None or not self.moves:
+            raise ValueError(f"nothing moves in the {self.scene or self.name}; a sequence is of the pool or the sea.")
+        values = self.parameters.plain()
         return {
             frame: dataclasses.replace(
                 self,
-                parameters=dataclasses.replace(self.parameters, time=self.parameters.time + (frame - 1) / fps),
-                seed=(self.seed + frame) % (MOST_SEED + 1),
+                parameters=self.parameters.of({**values, "time": float(values["time"]) + (frame - 1) / fps}),
+                seed=(_known(self.seed) + frame) % (MOST_SEED + 1),
             )
             for frame in range(first, last + 1)
         }
@@ -173,11 +177,10 @@ class Request:
 
     def record(self) -> dict:
         """A dict of JSON-ready values that from_record() takes back; what is left open is left out."""
-        of = (
-            {"blend": self.blend.record()}
-            if self.blend
-            else {"scene": self.scene, "parameters": self.parameters.plain()}
-        )
+        if self.blend:
+            of = {"blend": self.blend.record()}
+        else:
+            of = {"scene": self.scene, "parameters": _known(self.parameters).plain()}
         values = {key: getattr(self, key) for key in CHECKS if getattr(self, key) is not None}
         if not self.keep_noise:
             del values["keep_noise"]
@@ -238,10 +241,10 @@ class Request:
             del record["blend"]["file"]
         else:
             record["backend"] = resolve(self.backend)
-            for field in dataclasses.fields(self.parameters):
-                value = getattr(self.parameters, field.name)
+            for field in dataclasses.fields(_known(self.parameters)):
+                value = record["parameters"][field.name]
                 if field.metadata["kind"] == "mesh" and value not in field.metadata["choices"]:
-                    record["parameters"][field.name] = hashlib.sha256(Path(value).read_bytes()).hexdigest()
+                    record["parameters"][field.name] = sha256_of(Path(value))
         return hashlib.sha256(json.dumps(record, sort_keys=True).encode()).hexdigest()
 
     # -------------------------------------------------------------------------------------------- the act
@@ -305,8 +308,10 @@ class Session:
             if request.caustics == "path":
                 caustics.clear(scene)
         else:
-            scene = scene_type(request.scene, of_figures=True).build(request.parameters, resolve(request.backend))
-        scene.render.resolution_x, scene.render.resolution_y = request.size
+            scene = scene_type(_known(request.scene), of_figures=True).build(
+                request.parameters, resolve(request.backend)
+            )
+        scene.render.resolution_x, scene.render.resolution_y = _known(request.size)
         scene.render.resolution_percentage = 100
         scene.cycles.samples = request.samples
         scene.cycles.use_denoising = request.denoise
@@ -342,28 +347,24 @@ class Session:
         """
         request = self.request if seed is None else dataclasses.replace(self.request, seed=seed)
         record = request.record()
-        if keep and (files := _found(folder, name, record, blend)):
-            return Rendered(*files, record, True)
+        if keep and (exr := _found(folder, name, record, blend)):
+            return Rendered(exr, exr.with_suffix(".png"), record, True)
         scene = self._temporary.scene
-        if request.caustics == "traced":
-            with _said_of_tracing():
-                caustics.Bake(scene)  # whether it can be is seen before anything is written
-        folder = writable_folder(folder)
-        if request.caustics == "traced":
-            texels = request.texels or TEXELS[request.photons >= FEW_PHOTONS]
-            options = {"photons": request.photons, "texels": texels, "seed": request.seed}
-            following = tracing(request.samples, request.photons) if tracing else nullcontext()
-            with following as progress, _said_of_tracing():
-                caustics.bake(scene, file=folder / f".{name}.photons", progress=progress, **options)
-        scene.cycles.seed = request.seed
-        with showing(name, request.samples) if showing else nullcontext() as progress:
-            files = render.render(scene, folder, name, metadata=record, progress=progress, blend=blend)
-        return Rendered(*files, record, False)
+        # else Blender renders it at the frame of the scene that is shown
+        with bpy.context.temp_override(scene=scene):
+            if request.caustics == "traced":
+                with _said_of_tracing():
+                    caustics.Bake(scene)  # whether it can be is seen before anything is written
+                _bake(scene, request, writable_folder(folder) / f".{name}.photons", tracing)
+            scene.cycles.seed = request.seed
+            with showing(name, _known(request.samples)) if showing else nullcontext() as progress:
+                exr, png = render.render(scene, folder, name, metadata=record, progress=progress, blend=blend)
+        return Rendered(exr, png, record, False)
 
 
 def can_denoise() -> bool:
     """Whether this Blender has OpenImageDenoise."""
-    import _cycles
+    import _cycles  # pyright: ignore[reportMissingImports]  it is inside Blender
 
     return _cycles.with_openimagedenoise
 
@@ -382,12 +383,20 @@ def _as_in(scene, request):
     return dataclasses.replace(request, **{key: value for key, value in own.items() if getattr(request, key) is None})
 
 
+def _bake(scene, request, file, tracing):
+    """Trace the caustics that are asked for into the scene; `file` keeps what a killed run has traced."""
+    samples, photons = _known(request.samples), _known(request.photons)
+    texels = request.texels or TEXELS[photons >= FEW_PHOTONS]
+    with tracing(samples, photons) if tracing else nullcontext() as progress, _said_of_tracing():
+        caustics.bake(scene, photons=photons, texels=texels, seed=request.seed, file=file, progress=progress)
+
+
 def _found(folder, name, record, blend):
-    """The files of a render that are there, whole and made of the same; None where they are not."""
+    """The EXR of a render that is there, all its files whole and made of the same; None where it is not."""
     with contextlib.suppress(RuntimeError):  # there is no such home, as will be said
         exr = Path(folder).expanduser() / f"{name}.exr"
         if render.record_of(exr) == record and (not blend or exr.with_suffix(".blend").is_file()):
-            return exr, exr.with_suffix(".png")
+            return exr
     return None
 
 
@@ -397,6 +406,12 @@ def _said_of_tracing():
         yield
     except ValueError as error:
         raise NotTraced(str(error)) from None
+
+
+def _known(value: Value | None) -> Value:
+    """A value that a request of its kind always has."""
+    assert value is not None
+    return value
 
 
 def _plain(value):

@@ -43,7 +43,7 @@ class TemporaryScene:
             return
         self._scene = None
         came = set(bpy.data.user_map()) - self._before
-        bpy.data.batch_remove(data for data in came if not _is_render_result(data))
+        bpy.data.batch_remove([data for data in came if not _is_render_result(data)])
         for scene, name in self._aside.items():
             scene[OWNER] = name
 

@@ -25,7 +25,7 @@ from nim_addon.scenes.stage import Stage
 
 ROOT = Path(__file__).parents[2]
 # What each backend's group held when VERSION was last raised.
-FINGERPRINTS = {"osl": "66c58f71c1642c50", "nodes": "8de0b5c345a13ede"}
+FINGERPRINTS = {"osl": "66c58f71c1642c50", "nodes": "6f67c2740056fa2f"}
 
 
 @pytest.fixture
@@ -55,29 +55,32 @@ def links(one):
 
 
 def fingerprint(group):
-    """A hash of all that decides what a group renders; where its nodes lie and what they are called does not."""
-    names = {node.name: index for index, node in enumerate(group.nodes)}
+    """A hash of all that decides what a group renders; where its nodes lie, their order and their labels do not."""
+    facts = [[s.identifier, s.name, s.type, str(s.default), s.min, s.max] for s in INTERFACE.sockets]
+    if INTERFACE.backend_of(group) == "osl":
+        return digest([facts, INTERFACE.source()])
+    leave = next(node for node in group.nodes if node.type == "GROUP_OUTPUT")
+    return digest([facts, calculated(leave, {})])
 
-    def value(socket):
-        held = getattr(socket, "default_value", None)
-        return [f"{x:.6g}" for x in held] if hasattr(held, "__len__") else None if held is None else f"{held:.6g}"
 
-    facts = [
-        [[s.identifier, s.name, s.type, str(s.default), s.min, s.max] for s in INTERFACE.sockets],
-        [
-            [node.bl_idname, getattr(node, "operation", ""), getattr(node, "data_type", ""),
-             getattr(node, "distribution", ""), [value(socket) for socket in node.inputs if not socket.is_linked]]
-            for node in group.nodes
-            if node.bl_idname not in ("NodeFrame", "NodeReroute")
-        ],
-        sorted(
-            [names[link.from_node.name], link.from_socket.identifier, names[link.to_node.name],
-             link.to_socket.identifier]
-            for link in group.links
-        ),
-    ]  # fmt: skip
-    if group[INTERFACE.shader] == "osl":
-        facts = [facts[0], INTERFACE.source()]
+def calculated(node, known):
+    """A hash of a node and of all that feeds it."""
+    if node not in known:
+        inputs = []
+        for socket in node.inputs if node.type != "GROUP_INPUT" else ():
+            feeding = [[link.from_socket.name, calculated(link.from_node, known)] for link in socket.links]
+            inputs.append([socket.identifier, feeding or value_of(socket)])
+        kinds = [str(getattr(node, key, "")) for key in ("operation", "data_type", "distribution", "clamp_factor")]
+        known[node] = digest([node.bl_idname, kinds, inputs])
+    return known[node]
+
+
+def value_of(socket):
+    held = getattr(socket, "default_value", None)
+    return [f"{x:.6g}" for x in held] if hasattr(held, "__len__") else None if held is None else f"{held:.6g}"
+
+
+def digest(facts):
     return hashlib.sha256(json.dumps(facts).encode()).hexdigest()[:16]
 
 

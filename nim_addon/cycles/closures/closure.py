@@ -16,6 +16,7 @@ import bpy
 
 from . import script
 from .backends import resolve
+from .formulas import Sheet
 
 # The custom property that holds which form of sockets and optics a group was filled with; what has none is of the first.
 VERSION_MARK = "nim_version"
@@ -43,8 +44,7 @@ class Closure:
     label:     what a person reads on its nodes
     sockets:   of its groups, with the labels, ranges and texts of the shader's metadata
     version:   to be raised with every change to the sockets, the shader or the twin: versions.update() mends older files
-    twin:      function(tree, names): builds the same optics in the empty bpy.types.NodeTree of a group, whose inputs have
-               those names by their identifiers; what it returns, build() returns
+    twin:      function(sheet) that writes the same formulas on the formulas.Sheet of a group; build() returns what it does
     heart:     type of a node without which the twin is not whole
     """
 
@@ -52,7 +52,7 @@ class Closure:
     label: str
     sockets: tuple[Socket, ...]
     version: int
-    twin: Callable[..., Any]
+    twin: Callable[[Sheet], Any]
     heart: str
 
     # -------------------------------------------------------------------------------------------- its groups
@@ -147,7 +147,7 @@ class Closure:
         group.nodes.clear()
         if backend == "osl":
             return script.fill(group, self.shader, self.sockets)
-        return self.twin(group, {socket.identifier: socket.name for socket in self.sockets})
+        return self.twin(Sheet(group, {socket.identifier: socket.name for socket in self.sockets}))
 
     def _give_sockets(self, group):
         types = {socket.name: socket.type for socket in self.sockets} | {OUTPUT: "NodeSocketShader"}

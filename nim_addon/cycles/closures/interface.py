@@ -12,6 +12,7 @@ from typing import NamedTuple
 import bpy
 
 from .closure import Closure, Socket
+from .formulas import Sheet, choose, dot, equal, length, maximum, normalize, sqrt
 
 
 class Optics(NamedTuple):
@@ -92,186 +93,81 @@ SOCKETS = (
 )
 
 
-class _Frame:
-    """A frame with a title, and the nodes in it: each to the right of those in the frame that feed it."""
+def _twin(sheet: Sheet) -> Optics:
+    """The formulas of nim_interface.osl, in its words; z = Z_t / Z_i, by which r_s and r_p are reduced."""
+    sheet.frame("Media: q = n_i / n_t, z = Z_t / Z_i with Z = |mu| / |n|")
+    n_inside, n_outside, mu_inside, mu_outside = sheet.inputs("n_inside", "n_outside", "mu_inside", "mu_outside")
+    geometry = sheet.node("ShaderNodeNewGeometry", "I, N, Ng, which side")
+    I, N, Ng = geometry["Incoming"], geometry["Normal"], geometry["True Normal"]  # noqa: E741
+    from_inside = geometry["Backfacing"]
+    q_from_outside = n_outside / n_inside
+    q_from_inside = 1 / q_from_outside
+    q = choose(from_inside, q_from_inside, q_from_outside)
+    mu_ratio = mu_inside / mu_outside
+    z_from_outside = abs(mu_ratio * q_from_outside)
+    z_from_inside = 1 / z_from_outside
+    z = choose(from_inside, z_from_inside, z_from_outside)
 
-    COLUMN, ROW, GAP = 180, 48, 90
+    normal = sheet.frame("Normal n (Ng where it would mirror the viewer inwards), cos_i", top=-360)
+    (shading_normal,) = sheet.inputs("shading_normal")
+    linked = length(shading_normal) > 0
+    bent = choose(linked, normalize(shading_normal), N)
+    cos_bent, cos_true, tilt = dot(I, bent), dot(I, Ng), dot(bent, Ng)
+    # dot(2 * cos_bent * bent - I, Ng) > GLIDE, halved, with cos_bent > 0
+    valid = maximum(cos_bent, 0) * tilt > 0.5 * cos_true + GLIDE / 2
+    n = choose(valid, bent, Ng)
+    cos_i = choose(valid, cos_bent, cos_true)
 
-    def __init__(self, tree, title, left, top):
-        self.tree, self.left, self.top = tree, left, top
-        self.frame = tree.nodes.new("NodeFrame")
-        self.frame.label = title
-        # a frame closes tightly around its nodes, over the title's place: this one keeps it free
-        spacer = tree.nodes.new("NodeReroute")
-        spacer.parent, spacer.location = self.frame, (left, top + 40)
-        self.column = {}
-        self.rows = {}
-
-    @property
-    def right(self):
-        """Where the next frame may begin."""
-        return self.left + self.COLUMN * len(self.rows) + self.GAP
-
-    def node(self, kind, inputs, label, **properties):
-        """A collapsed node; `inputs` maps socket identifiers or indices to values or to the outputs that feed them."""
-        node = self.tree.nodes.new(kind)
-        node.label = label
-        node.hide = True
-        node.width = 155
-        node.parent = self.frame
-        for key, value in properties.items():
-            setattr(node, key, value)
-        column = 0
-        for key, value in inputs.items():
-            socket = node.inputs[key] if isinstance(key, int) else next(s for s in node.inputs if s.identifier == key)
-            if isinstance(value, bpy.types.NodeSocket):
-                self.tree.links.new(value, socket)
-                column = max(column, self.column.get(value.node.name, -1) + 1)
-            else:
-                socket.default_value = value
-        self.column[node.name] = column
-        row = self.rows[column] = self.rows.get(column, -1) + 1
-        # every second column lies half a row lower, so that links pass between the nodes
-        node.location = (self.left + self.COLUMN * column, self.top - self.ROW * (row + 0.5 * (column % 2)))
-        return node
-
-    def math(self, label, operation, *values):
-        """The output of a Math node."""
-        return self.node("ShaderNodeMath", dict(enumerate(values)), label, operation=operation).outputs[0]
-
-    def vector(self, label, operation, *vectors, scale=None):
-        """The output of a Vector Math node, a vector or (dot product, length) a number."""
-        inputs = dict(enumerate(vectors)) | ({} if scale is None else {"Scale": scale})
-        node = self.node("ShaderNodeVectorMath", inputs, label, operation=operation)
-        return node.outputs["Value" if operation in ("DOT_PRODUCT", "LENGTH") else "Vector"]
-
-    def choose(self, label, kind, which, no, yes):
-        """`no` where `which` is 0, `yes` where it is 1; kind is "Float" or "Vector"."""
-        inputs = {"Factor_Float": which, f"A_{kind}": no, f"B_{kind}": yes}
-        node = self.node("ShaderNodeMix", inputs, label, data_type=kind.upper(), clamp_factor=False)
-        return next(socket for socket in node.outputs if socket.identifier == f"Result_{kind}")
-
-
-def _twin(tree, sockets) -> Optics:
-    """Build the optics in the empty group `tree`, whose interface has SOCKETS; sockets: their names by identifier."""
-
-    def entry(left, top, *identifiers):
-        """Outputs of a Group Input of its own, near its use, that shows these sockets only."""
-        node = tree.nodes.new("NodeGroupInput")
-        node.location = (left, top)
-        for socket in node.outputs:
-            socket.hide = socket.name not in {sockets[identifier] for identifier in identifiers}
-        return [node.outputs[sockets[identifier]] for identifier in identifiers]
-
-    n_inside, n_outside, mu_inside, mu_outside = entry(-220, 0, "n_inside", "n_outside", "mu_inside", "mu_outside")
-    (shading_normal,) = entry(-220, -360, "shading_normal")
-    frame = _Frame(tree, "Media: q = n_i / n_t, z = Z_t / Z_i with Z = |mu| / |n|", 0, 0)
-    geometry = frame.node("ShaderNodeNewGeometry", {}, "I, N, Ng, which side")
-    incoming, true_normal = geometry.outputs["Incoming"], geometry.outputs["True Normal"]
-    inside = geometry.outputs["Backfacing"]
-    q_out = frame.math("q from outside", "DIVIDE", n_outside, n_inside)
-    q_in = frame.math("q from inside", "DIVIDE", 1.0, q_out)
-    q = frame.choose("q", "Float", inside, q_out, q_in)
-    mu = frame.math("mu_t / mu_i from outside", "DIVIDE", mu_inside, mu_outside)
-    z_signed = frame.math("z from outside, signed", "MULTIPLY", mu, q_out)
-    z_out = frame.math("z from outside", "ABSOLUTE", z_signed)
-    z_in = frame.math("z from inside", "DIVIDE", 1.0, z_out)
-    z = frame.choose("z", "Float", inside, z_out, z_in)
-
-    frame = _Frame(tree, "Normal n (Ng where it would mirror the viewer inwards), cos_i", 0, -360)
-    length = frame.vector("|Normal|", "LENGTH", shading_normal)
-    linked = frame.math("is it linked?", "GREATER_THAN", length, 0.0)
-    unit = frame.vector("Normal / |Normal|", "NORMALIZE", shading_normal)
-    bent = frame.choose("bent normal b", "Vector", linked, geometry.outputs["Normal"], unit)
-    cos_b = frame.vector("I . b", "DOT_PRODUCT", incoming, bent)
-    cos_true = frame.vector("I . Ng", "DOT_PRODUCT", incoming, true_normal)
-    tilt = frame.vector("b . Ng", "DOT_PRODUCT", bent, true_normal)
-    # mirrored: (2 (I.b) b - I) . Ng > GLIDE, with I.b > 0
-    facing = frame.math("max(I . b, 0)", "MAXIMUM", cos_b, 0.0)
-    half = frame.math("(I . b) (b . Ng)", "MULTIPLY", facing, tilt)
-    least = frame.math("(I . Ng + glide) / 2", "MULTIPLY_ADD", cos_true, 0.5, GLIDE / 2)
-    valid = frame.math("mirrors outwards?", "GREATER_THAN", half, least)
-    n = frame.choose("n", "Vector", valid, true_normal, bent)
-    cos_i = frame.choose("cos_i", "Float", valid, cos_true, cos_b)
-
-    frame = _Frame(tree, "Snell: cos_t^2 = 1 - q^2 sin_i^2", frame.right, -180)
-    q2 = frame.math("q^2", "MULTIPLY", q, q)
-    c2 = frame.math("cos_i^2", "MULTIPLY", cos_i, cos_i)
+    snell = sheet.frame("Snell: cos_t^2 = 1 - q^2 sin_i^2", after=normal, top=-180)
     # in the form that is exact in single precision where |n_i| = |n_t|
-    rest = frame.math("1 - q^2", "SUBTRACT", 1.0, q2)
-    cos2_t = frame.math("(1 - q^2) + q^2 cos_i^2", "MULTIPLY_ADD", q2, c2, rest)
+    cos2_t = (1 - q * q) + q * q * (cos_i * cos_i)
     # the root of a negative number is 0 here, and then R = 1: total reflection needs no branch
-    cos_t = frame.math("cos_t", "SQRT", cos2_t)
+    cos_t = sqrt(cos2_t)
 
-    frame = _Frame(tree, "Fresnel: R = (r_s^2 + r_p^2) / 2", frame.right, 0)
-    z_cos_i = frame.math("z cos_i", "MULTIPLY", z, cos_i)
-    z_cos_t = frame.math("z cos_t", "MULTIPLY", z, cos_t)
-    s_above = frame.math("z cos_i - cos_t", "SUBTRACT", z_cos_i, cos_t)
-    s_below = frame.math("z cos_i + cos_t", "ADD", z_cos_i, cos_t)
-    r_s = frame.math("r_s", "DIVIDE", s_above, s_below)
-    p_above = frame.math("cos_i - z cos_t", "SUBTRACT", cos_i, z_cos_t)
-    p_below = frame.math("cos_i + z cos_t", "ADD", cos_i, z_cos_t)
-    r_p = frame.math("r_p", "DIVIDE", p_above, p_below)
-    R_p = frame.math("r_p^2", "MULTIPLY", r_p, r_p)
-    both = frame.math("r_s^2 + r_p^2", "MULTIPLY_ADD", r_s, r_s, R_p)
-    R = frame.math("R", "MULTIPLY", both, 0.5)
+    sheet.frame("Fresnel: R = (r_s^2 + r_p^2) / 2", after=snell)
+    r_s = (z * cos_i - cos_t) / (z * cos_i + cos_t)
+    r_p = (cos_i - z * cos_t) / (cos_i + z * cos_t)
+    R = 0.5 * (r_s * r_s + r_p * r_p)
 
-    fresnel_left = frame.left
-    frame = _Frame(tree, "Transmitted ray: d = (q cos_i - cos_t) n - q I", fresnel_left, -360)
-    q_cos_i = frame.math("q cos_i", "MULTIPLY", q, cos_i)
-    along = frame.math("q cos_i - cos_t", "SUBTRACT", q_cos_i, cos_t)
-    normal_part = frame.vector("(q cos_i - cos_t) n", "SCALE", n, scale=along)
-    incoming_part = frame.vector("q I", "SCALE", incoming, scale=q)
-    d = frame.vector("d", "SUBTRACT", normal_part, incoming_part)
-    height = frame.vector("d . Ng", "DOT_PRODUCT", d, true_normal)
+    ray = sheet.frame("Transmitted ray: d = (q cos_i - cos_t) n - q I", after=snell, top=-360)
+    d = (q * cos_i - cos_t) * n - q * I
+    height = dot(d, Ng)
     # a ray that a bent normal would send back glides along the surface, just inside
-    above = frame.math("max(d . Ng, -glide)", "MAXIMUM", height, -GLIDE)
-    excess = frame.math("height over the glide", "ADD", above, GLIDE)
-    push = frame.vector("push inwards", "SCALE", true_normal, scale=excess)
-    inwards = frame.vector("d, inwards", "SUBTRACT", d, push)
-    direction = frame.vector("d, of length 1", "NORMALIZE", inwards)
+    excess = maximum(height, -GLIDE) + GLIDE
+    d_inwards = d - excess * Ng
+    direction = normalize(d_inwards)
 
-    frame = _Frame(tree, "R reflected, 1 - R transmitted: by a portal if signs differ", frame.right, -180)
-    (tint,) = entry(frame.left - 200, -420, "tint")
-    same = frame.math("have the indices one sign?", "GREATER_THAN", q_out, 0.0)
+    sheet.frame("R reflected, 1 - R transmitted: by a portal if signs differ", after=ray, top=-180)
+    (tint,) = sheet.inputs("tint")
+    same_signs = q_from_outside > 0
     # a refraction closure would drop a ray that a bent normal sends back
-    falls = frame.math("does d go inwards?", "LESS_THAN", height, 0.0)
+    inwards = height < 0
     # a product, since Cycles drops the refraction where one factor is known to be 0
-    refracts = frame.math("refraction, not portal", "MULTIPLY", same, falls)
-    refraction = frame.node(
+    refracts = same_signs * inwards
+    smooth = {"Color": tint, "Roughness": 0.0}
+    refraction = sheet.node(
         "ShaderNodeBsdfRefraction",
-        # q from inside is n_inside / n_outside, which the node turns round for a back face by itself
-        {"Color": tint, "Roughness": 0.0, "IOR": q_in, "Normal": n},
         "transmitted, same signs",
+        # q from inside is n_inside / n_outside, which the node turns round for a back face by itself
+        smooth | {"IOR": q_from_inside, "Normal": n},
         distribution="GGX",
     )
-    portal = frame.node("ShaderNodeBsdfRayPortal", {"Color": tint, "Direction": direction}, "transmitted, signs differ")
-    transmitted = frame.node(
-        "ShaderNodeMixShader", {0: refracts, 1: portal.outputs[0], 2: refraction.outputs[0]}, "transmitted"
-    )
-    reflected = frame.node(
-        "ShaderNodeBsdfAnisotropic",
-        {"Color": tint, "Roughness": 0.0, "Normal": n},
-        "reflected",
-        distribution="GGX",
-    )
-    mixed = frame.node("ShaderNodeMixShader", {0: R, 1: transmitted.outputs[0], 2: reflected.outputs[0]}, "R")
+    portal = sheet.node("ShaderNodeBsdfRayPortal", "transmitted, signs differ", {"Color": tint, "Direction": direction})
+    transmitted = choose(refracts, refraction, portal)
+    reflected = sheet.node("ShaderNodeBsdfAnisotropic", "reflected", smooth | {"Normal": n}, distribution="GGX")
+    by_formulas = choose(R, reflected, transmitted)
+
     # Between plain dielectrics z = q, and Blender's Glass is the same equations in one closure, which is cheaper. Only
     # without a bent normal, though: it loses light on bumps.
-    glass_frame = _Frame(tree, "The same where |mu| and signs agree: Glass", frame.left, frame.top - 520)
-    mu_ratio = glass_frame.math("|mu_t / mu_i|", "ABSOLUTE", mu)
-    alike = glass_frame.math("is it 1?", "COMPARE", mu_ratio, 1.0, 1e-6)
-    plain = glass_frame.math("and have the indices one sign?", "MULTIPLY", alike, same)
-    unbent = glass_frame.math("is no normal linked?", "SUBTRACT", 1.0, linked)
-    cheaper = glass_frame.math("Glass does", "MULTIPLY", plain, unbent)
-    glass = glass_frame.node(
-        "ShaderNodeBsdfGlass", {"Color": tint, "Roughness": 0.0, "IOR": q_in}, "Glass", distribution="GGX"
-    )
-    either = glass_frame.node("ShaderNodeMixShader", {0: cheaper, 1: mixed.outputs[0], 2: glass.outputs[0]}, "either")
-    leave = tree.nodes.new("NodeGroupOutput")
-    leave.location = (glass_frame.right, -420)
-    tree.links.new(either.outputs[0], leave.inputs[0])
-    return Optics(q2, reflected, refraction, portal, either)
+    sheet.frame("The same where |mu| and signs agree: Glass", after=ray, top=-700)
+    alike = equal(abs(mu_ratio), 1, within=1e-6)
+    glass_does = alike * same_signs * (1 - linked)
+    glass = sheet.node("ShaderNodeBsdfGlass", "Glass", smooth | {"IOR": q_from_inside}, distribution="GGX")
+    BSDF = choose(glass_does, glass, by_formulas)
+
+    sheet.name(locals())
+    sheet.end(BSDF)
+    return Optics((q * q).socket, reflected.node, refraction.node, portal.node, BSDF.node)
 
 
 INTERFACE = Closure(

@@ -205,7 +205,7 @@ def traced(scene, photons, seed, light=None):
 def path_traced(scene, samples, guiding, size, seed):
     """The floor's irradiance (height, width) by path tracing, seen from straight above, below the liquid; and Spent."""
     from nim_addon.cycles.render import pixels_of
-    from nim_addon.figures.measure import measured
+    from nim_addon.figures.probes import set_up
     from nim_addon.scenes.pool import HALF
 
     camera, cycles = scene.camera, scene.cycles
@@ -213,7 +213,7 @@ def path_traced(scene, samples, guiding, size, seed):
     camera.location, camera.rotation_euler = (0, 0, -0.3), (0, 0, 0)
     scene.render.resolution_x, scene.render.resolution_y = size
     cycles.samples, cycles.seed, cycles.use_guiding = samples, seed, guiding
-    measured(scene)
+    set_up(scene)
     start = now()
     pixels = pixels_of(scene)
     return math.pi * pixels[..., 0], since(start)

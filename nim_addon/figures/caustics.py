@@ -15,9 +15,11 @@ from ..physics import Interface
 from ..physics.rays import Fate, Plane, Shapes, Sphere, trace
 from ..scenes import glass, sphere, surfaces
 from ..scenes.stage import Pose
+from . import probes
 from .claims import Claim
-from .measure import blocks, compare, measured, misplaced
+from .measure import compare, misplaced
 from .recipes import Figure, Recipe
+from .sunlight import irradiance, sun_directions
 
 INDICES = (1.5, -1.5, -1.33, -1.025)
 REAL_SUN = 0.53  # degrees
@@ -38,15 +40,15 @@ TABLE = Pose((0.06, -0.03, 2.0), (0.06, -0.03 + 1e-4, 0.0), 2 * math.degrees(mat
 def white_ground(scene):
     """A white ground that light leaves once, under nothing but the sun, and no sphere to be seen before it."""
     _only_the_sun(scene, "Ground")
-    scene.objects["Sphere"].visible_camera = False
+    probes.find(scene, "Sphere").visible_camera = False
     scene.cycles.max_bounces = 0
 
 
 def white_table(scene):
     """The same of the table, for paths: what the glass mirrors or bends stays, what the table scattered twice does not."""
     _only_the_sun(scene, "Table")
-    scene.objects["Glass"].visible_camera = False
-    table = scene.objects["Table"]
+    probes.find(scene, "Glass").visible_camera = False
+    table = probes.find(scene, "Table")
     table.visible_diffuse = table.visible_glossy = table.visible_transmission = False
     scene.cycles.diffuse_bounces = 1
 
@@ -58,9 +60,8 @@ def traced_table(scene):
 
 
 def _only_the_sun(scene, name):
-    measured(scene)
-    thing = next(thing for thing in scene.objects if thing.name.partition(".")[0] == name)
-    thing.data.materials[0] = surfaces.plain("White", (1, 1, 1))
+    probes.set_up(scene)
+    probes.paint(probes.find(scene, name), surfaces.plain("White", (1, 1, 1)))
     sun = lights.sun_of(scene)
     width = math.degrees(sun.angle) / 2
     glow = tuple(np.negative(sun.direction)), tuple(np.divide(sun.irradiance, surfaces.gaussian(width))), width
@@ -76,7 +77,9 @@ WAYS = {"found": (white_table, None), "traced": (traced_table, (1 << 19, 1 << 19
 # what theory says
 
 
-def ground_in_the_sun(parameters, seed, reach=REACH, cells=CELLS):
+def ground_in_the_sun(
+    parameters: sphere.SphereParameters, seed: int, reach: float = REACH, cells: int = CELLS
+) -> np.ndarray:
     """Irradiance (cells, cells) of the ground under the sphere of SphereParameters, its red channel, rows from +y.
 
     Rays start where they are to pass a square about the measured ground or the sphere, each from another place of a
@@ -89,11 +92,7 @@ def ground_in_the_sun(parameters, seed, reach=REACH, cells=CELLS):
     side = math.isqrt(RAYS)
     place = np.indices((side, side)).reshape(2, -1) + random.random((2, side**2))
     aim = np.column_stack([*(low[:, None] + place / side * (high - low)[:, None]), np.zeros(side**2)])
-    angle = math.radians(parameters.sun_angle / 2) * np.sqrt(-np.log(1 - random.random(side**2)))
-    turn = random.uniform(0, 2 * np.pi, side**2)
-    level = np.cross(sun, (0, 0, 1)) / np.linalg.norm(np.cross(sun, (0, 0, 1)))
-    across = np.cos(turn)[:, None] * level + np.sin(turn)[:, None] * np.cross(level, sun)
-    towards = np.cos(angle)[:, None] * sun + np.sin(angle)[:, None] * across
+    towards = sun_directions(random, sun, parameters.sun_angle, side**2)
     shapes = Shapes(Sphere(sphere.CENTER, sphere.RADIUS, Interface(parameters.medium)), Plane((0, 0, 0), (0, 0, 1)))
     paths = trace(shapes, aim + 10 * towards, -towards, bounces=30, least=1e-5, most=10**9)
     landed = paths.fate == Fate.LANDED
@@ -104,12 +103,7 @@ def ground_in_the_sun(parameters, seed, reach=REACH, cells=CELLS):
     return total[::-1] * np.prod(high - low) / side**2 / (2 * reach / cells) ** 2
 
 
-def irradiance(pixels, cells=CELLS):
-    """The irradiance (cells, cells) of a white ground that fills a picture (H, W, 3), its red channel."""
-    return math.pi * blocks(pixels[..., :1], len(pixels) // cells)[..., 0]
-
-
-def shadow(cells=CELLS):
+def shadow(cells: int = CELLS) -> np.ndarray:
     """Which cells (cells, cells) lie wholly in the sphere's shadow, or what lights it: rows from +y."""
     sun = np.asarray(sphere.SUN) / np.linalg.norm(sphere.SUN)
     step = 2 * REACH / cells
@@ -130,7 +124,7 @@ def measure_sphere(images):
     for n in INDICES:
         image = images[f"ground_{n:g}"]
         wanted = np.stack([ground_in_the_sun(image.parameters, seed) for seed in range(4)])
-        found = np.stack([irradiance(pixels) for pixels in image.each])
+        found = np.stack([irradiance(pixels, CELLS) for pixels in image.each])
         of_all = wanted.mean(axis=0)
 
         def numbers(cells, of_all=of_all):
@@ -160,7 +154,9 @@ def measure_glass(images):
     """The claims of figure C.2."""
     claims = []
     for key in LIQUIDS:
-        found, traced = (np.stack([irradiance(one) for one in images[f"{key}_{way}"].each]) for way in WAYS)
+        found, traced = (
+            np.stack([irradiance(pixels, CELLS) for pixels in images[f"{key}_{way}"].each]) for way in WAYS
+        )
         of_all = found.mean(axis=0)
 
         def numbers(cells, of_all=of_all):

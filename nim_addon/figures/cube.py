@@ -5,11 +5,9 @@ import math
 
 import numpy as np
 
-from ..cycles.nodes import Nodes, empty_tree
-from ..scenes import surfaces
 from ..scenes.cube import HALF, INTERFACE, LIFT
+from . import probes
 from .claims import Claim
-from .measure import measured
 from .recipes import Figure, Recipe
 
 ELEVATIONS = (55, 40, 25, 10)
@@ -17,11 +15,10 @@ ELEVATIONS = (55, 40, 25, 10)
 
 def bottom(scene):
     """Only the cube, over a ground that shines red, under a sky that shines green; its ball is gone."""
-    measured(scene)
-    scene.objects["Ball"].hide_render = True
-    scene.objects["Ground"].active_material = surfaces.shining("Ground", lambda nodes: (1, 0, 0))
-    nodes = Nodes(empty_tree(scene.world))
-    nodes.end(nodes.add("ShaderNodeBackground", inputs={"Color": (0, 1, 0)}), "World")
+    probes.set_up(scene)
+    probes.find(scene, "Ball").hide_render = True
+    probes.paint(probes.find(scene, "Ground"), probes.glow("Ground", (1, 0, 0)))
+    probes.sky(scene, lambda nodes, direction: (0, 1, 0))
 
 
 def at_the_bottom(camera):

@@ -85,8 +85,8 @@ def _page(figures):
 
 
 def _mark(holds):
-    kind, sign = ("holds", "&#10003;") if holds else ("fails", "&#10007;")
-    return f'<span class="{kind}" role="img" aria-label="{kind}">{sign}</span>'
+    word, sign = ("holds", "&#10003;") if holds else ("fails", "&#10007;")
+    return f'<span class="{word}" role="img" aria-label="{word}">{sign}</span>'
 
 
 def _figure(record):

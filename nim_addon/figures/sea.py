@@ -7,9 +7,9 @@ import numpy as np
 
 from ..physics import Interface
 from ..scenes import sea
+from . import probes
 from .claims import Claim
-from .measure import measured
-from .pool import _glow, _paint, _sky, _thing, window_radius
+from .pool_optics import window_radius
 from .recipes import Figure, Recipe
 
 SECTORS = 24
@@ -19,9 +19,9 @@ SEEN = 0.1
 
 def white_sky(scene):
     """A sky that is 1 in blue over a black deep."""
-    measured(scene)
-    _paint(_thing(scene, "Deep"), _glow("Black"))
-    _sky(scene, 0.5)
+    probes.set_up(scene)
+    probes.paint(probes.find(scene, "Deep"), probes.glow("Black"))
+    probes.sky(scene, lambda nodes, direction: probes.coded(nodes, direction, 0.5))
 
 
 # ------------------------------------------------------------------------------------------------ what theory says
@@ -61,11 +61,6 @@ def window_in_waves(camera, parameters):
 # ------------------------------------------------------------------------------------------------ what is read off
 
 
-def pixel_scale(camera):
-    """Pixels that a unit at distance 1 covers, of a camera fitted to its picture's height."""
-    return camera.size[1] / 2 / math.tan(math.radians(camera.field_of_view) / 2)
-
-
 def radii(window, camera):
     """The angular radius of a window (H, W) of True in SECTORS directions from the vertical, in degrees.
 
@@ -73,7 +68,7 @@ def radii(window, camera):
     """
     _, ahead = camera.rays(camera.size[0] / 2, camera.size[1] / 2)
     _, look = camera.pixel_rays()
-    solid = np.where(window, (look @ ahead) ** 3 / pixel_scale(camera) ** 2, 0.0)
+    solid = np.where(window, (look @ ahead) ** 3 / camera.scale**2, 0.0)
     turn = np.arctan2(look[..., 1], look[..., 0]) / (2 * np.pi) + 0.5
     each = np.bincount((turn * SECTORS).astype(int).ravel() % SECTORS, solid.ravel(), SECTORS)
     return np.degrees(np.arccos(1 - each * SECTORS / (2 * np.pi)))
@@ -95,7 +90,7 @@ def measure(images):
         angular = float(np.mean(radii(window, image.camera)))
         claims.append(Claim(f"{name}, calm: angular radius of the window", edge, angular, 0.3, "degrees"))
         tilt = sea.TILT if view == "oblique" else 0.0
-        expected = axes(edge, tilt, pixel_scale(image.camera))
+        expected = axes(edge, tilt, image.camera.scale)
         for word, *pair in zip(("across", "along"), expected, half_axes(window), strict=True):
             claims.append(Claim(f"{name}, calm: half the window's axis {word} the tilt", *pair, 0.5, "px"))
         ratios = expected[1] / expected[0], half_axes(window)[1] / half_axes(window)[0]

@@ -11,14 +11,15 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..cycles.nodes import Nodes, empty_tree
 from ..physics import Interface
 from ..physics.rays import Plane, Shapes, Sphere
 from ..physics.reference_image import passes
 from ..scenes import sphere as scene_of
+from ..scenes.sphere import SphereParameters
 from ..scenes.stage import Pose
+from . import probes
 from .claims import Claim
-from .measure import block_scores, impact, measured, smooth
+from .measure import Camera, block_scores, impact, smooth
 from .recipes import Figure, Recipe
 
 ALONE = (1.5, -1.5, -1.33, -1.025)
@@ -43,34 +44,33 @@ PROBE_POSE = Pose(EYE, scene_of.CENTER, 18)
 
 def unlit(scene):
     """The scene as it is, but every surface shines with its own colour."""
-    measured(scene)
+    probes.set_up(scene)
     scene_of.unlit(scene)
 
 
 def probe(scene):
     """Only the sphere, under a sky that codes directions: red from above the eye's axis, green from ahead, blue always."""
-    measured(scene)
-    for thing in scene.objects:
-        thing.hide_render = thing.type == "MESH" and thing.name != "Sphere"
+    probes.set_up(scene)
+    probes.show_only(scene, "Sphere")
     up, ahead = _probe_axes()
-    nodes = Nodes(empty_tree(scene.world))
-    direction = nodes.add("ShaderNodeTexCoord").outputs["Generated"]
 
-    def half(axis):
-        along = nodes.add("ShaderNodeVectorMath", operation="DOT_PRODUCT", inputs={0: direction, 1: tuple(axis)})
-        return nodes.math("GREATER_THAN", along.outputs["Value"])
+    def color(nodes, direction):
+        def half(axis):
+            along = nodes.add("ShaderNodeVectorMath", operation="DOT_PRODUCT", inputs={0: direction, 1: tuple(axis)})
+            return nodes.math("GREATER_THAN", along.outputs["Value"])
 
-    color = nodes.add("ShaderNodeCombineXYZ", inputs={0: half(up), 1: half(ahead), 2: 1.0}).outputs[0]
-    nodes.end(nodes.add("ShaderNodeBackground", inputs={"Color": color}), "World")
+        return nodes.add("ShaderNodeCombineXYZ", inputs={0: half(up), 1: half(ahead), 2: 1.0}).outputs[0]
+
+    probes.sky(scene, color)
 
 
 def companions(scene):
     """Only the companions shine, red and blue; all else is black."""
     unlit(scene)
-    scene.objects["Ground"].hide_render = True
+    probes.show_only(scene, "Sphere", "Red", "Blue")
     scene.world = None
     for name, color in (("Red", (1, 0, 0, 1)), ("Blue", (0, 0, 1, 1))):
-        for node in scene.objects[name].active_material.node_tree.nodes:
+        for node in probes.find(scene, name).active_material.node_tree.nodes:
             if node.type == "EMISSION":
                 node.inputs["Color"].default_value = color
 
@@ -90,14 +90,14 @@ def _sphere(medium):
 
 
 def _balls():
-    return [Sphere(one.center, one.radius) for one in scene_of.COMPANIONS]
+    return [Sphere(ball.center, ball.radius) for ball in scene_of.COMPANIONS]
 
 
 def _on_ball(ends, ball):
     return np.abs(np.linalg.norm(ends - ball.center, axis=1) - ball.radius) < 1e-6
 
 
-def predicted_unlit(parameters, camera, count=PASSES):
+def predicted_unlit(parameters: SphereParameters, camera: Camera, count: int = PASSES) -> np.ndarray:
     """Pictures (count, H, W, 3) of the unlit scene by rays.trace."""
     balls = _balls() if parameters.companions else []
     shapes = Shapes(_sphere(parameters.medium), Plane((0, 0, 0), (0, 0, 1)), *balls)
@@ -107,8 +107,8 @@ def predicted_unlit(parameters, camera, count=PASSES):
         ground = np.where((cells % 2 == 0)[:, None], scene_of.LIGHT, scene_of.DARK)
         within = (np.abs(ends[:, :2] - scene_of.JOINT) < scene_of.GROUND).all(axis=1)
         light = np.where((landed & within)[:, None], ground, _sky(parameters, directions))
-        for one in scene_of.COMPANIONS if parameters.companions else ():
-            light[landed & _on_ball(ends, one)] = one.color
+        for ball in scene_of.COMPANIONS if parameters.companions else ():
+            light[landed & _on_ball(ends, ball)] = ball.color
         return light
 
     return passes(shapes, radiance, camera, count)
@@ -123,7 +123,7 @@ def _sky(parameters, directions):
     return (1 - elevation) * scene_of.HORIZON + elevation * np.asarray(scene_of.ZENITH) + glow
 
 
-def predicted_probe(parameters, camera, count=FEW_PASSES):
+def predicted_probe(parameters: SphereParameters, camera: Camera, count: int = FEW_PASSES) -> np.ndarray:
     """The picture (H, W, 3) of the probe's sky by rays.trace."""
     up, ahead = _probe_axes()
 
@@ -133,7 +133,7 @@ def predicted_probe(parameters, camera, count=FEW_PASSES):
     return passes(Shapes(_sphere(parameters.medium)), radiance, camera, count, least=1e-4).mean(axis=0)
 
 
-def predicted_companions(parameters, camera, count=FEW_PASSES):
+def predicted_companions(parameters: SphereParameters, camera: Camera, count: int = FEW_PASSES) -> np.ndarray:
     """The picture (H, W, 3) of nothing but the companions by rays.trace."""
 
     def radiance(ends, directions, landed):
@@ -148,16 +148,11 @@ def predicted_companions(parameters, camera, count=FEW_PASSES):
 # ------------------------------------------------------------------------------------------------ what is read off
 
 
-def inner_radius_far(n):
-    """Radius of the inner region of a NIM sphere (n < 0) seen from afar, in its own radius."""
-    return 1 / math.hypot(1, 1 + math.sqrt(2) / abs(n))
-
-
 def _impact(camera):
     return impact(camera, scene_of.CENTER, scene_of.RADIUS)
 
 
-def radius_of_inner(pixels, b):
+def radius_of_inner(pixels: np.ndarray, b: np.ndarray) -> float:
     """Radius, in the sphere's, of the disc with as many pixels as see what is ahead (a probe's picture, its impacts)."""
     ahead = pixels[..., 1]
     # half way between the two regions: at -4.1 a good part of the light is mirrored
@@ -244,14 +239,14 @@ def _companion_claims(image, n, inner, through_air):
     red = [(smooth(pixels)[..., 0] > level) & (b < 1) for pixels in pair]
     name, claims = f"n = {n:g}", []
     if n < 0:
-        only = [_share(b < inner, one) for one in red]
+        only = [_share(b < inner, image) for image in red]
         claims.append(Claim(f"{name}: share of the red sphere's image that lies in the inner region", *only, 0.01))
         # on this side nothing is mirrored by the front of the sphere
         ring = [float(pixels[away & (b > inner), 2].sum() / pixels[away, 2].sum()) for pixels in pair]
         claims.append(
             Claim(f"{name}: share of the blue light, away from the blue sphere, in the outer region", *ring, 0.005)
         )
-    area = [float(np.sum(one) / size) for one, size in zip(red, through_air, strict=True)]
+    area = [float(np.sum(image) / size) for image, size in zip(red, through_air, strict=True)]
     text = f"{name}: size of the red sphere's image, in that through air"
     claims.append(Claim(text, *area, max(0.003, 0.03 * area[0])))
     light = [100 * float(pixels[b < 1, 2].mean()) for pixels in pair]
@@ -273,10 +268,10 @@ def _away_from_blue(camera):
 
 def _recipes(indices, companion):
     common = ("companions=yes",) if companion else ()
-    made = []
+    recipes = []
     for n in indices:
         settings = (f"n={n:g}", *common)
-        made += [
+        recipes += [
             Recipe(
                 f"sphere_{n:g}",
                 "sphere",
@@ -288,11 +283,11 @@ def _recipes(indices, companion):
             Recipe(f"unlit_{n:g}", "sphere", settings, draft=UNLIT, change=unlit, seeds=SEEDS, shown=False),
         ]
     for n in indices if not companion else [n for n in indices if n < 0]:
-        made.append(
+        recipes.append(
             Recipe(f"probe_{n:g}", "sphere", (f"n={n:g}",), draft=PROBE, change=probe, pose=PROBE_POSE, shown=False)
         )
     for n in (1.0, *indices) if companion else ():
-        made.append(
+        recipes.append(
             Recipe(
                 f"companions_{n:g}",
                 "sphere",
@@ -302,7 +297,7 @@ def _recipes(indices, companion):
                 shown=False,
             )
         )
-    return tuple(made)
+    return tuple(recipes)
 
 
 FIGURES = (

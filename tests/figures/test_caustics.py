@@ -2,17 +2,12 @@
 """The figures of the real sun: what lands under a sphere is what numpy traces, and not what another index would bring."""
 
 import dataclasses
-import math
 
 import numpy as np
 import pytest
 
-from nim_addon import caustics as photons
 from nim_addon.figures import caustics
-from nim_addon.figures.measure import Camera
-from nim_addon.figures.recipes import Image
 from nim_addon.scenes import sphere
-from nim_addon.scenes.stage import aim
 
 SIZE = (64, 64)
 
@@ -33,23 +28,12 @@ def test_the_shadow_lies_away_from_the_sun():
     assert len(rows) > 20
 
 
-def test_the_light_under_a_nim_sphere_is_that_of_its_own_index(empty_file, render, monkeypatch):
+def test_the_light_under_a_nim_sphere_is_that_of_its_own_index(images, failing, monkeypatch):
     monkeypatch.setattr(caustics, "INDICES", (-1.5,))
-    recipe = next(one for figure in caustics.FIGURES for one in figure.recipes if one.name == "ground_-1.5")
-    parameters = sphere.SphereParameters.read(recipe.settings)
-    scene = sphere.build(parameters, "nodes")
-    scene.render.resolution_x, scene.render.resolution_y = SIZE
-    scene.cycles.samples = 16
-    aim(scene.camera, *recipe.pose)
-    recipe.change(scene)
-    each = []
-    for seed in range(4):
-        scene.cycles.seed = seed
-        photons.bake(scene, photons=1 << 18, texels=512, seed=1000 * seed)
-        each.append(render(scene))
-    image = Image(np.stack(each), Camera(*recipe.pose, SIZE), parameters)
-    assert not [claim.row() for claim in caustics.measure_sphere({"ground_-1.5": image}) if not claim.holds]
-    other = image._replace(parameters=dataclasses.replace(parameters, n=-1.45, mu=None))
-    rows = [claim.row() for claim in caustics.measure_sphere({"ground_-1.5": other}) if not claim.holds]
+    image = images(caustics.FIGURES[0], SIZE, 16, "ground_-1.5", photons=1 << 18, texels=512, backend="nodes")[
+        "ground_-1.5"
+    ]
+    assert not failing(caustics.measure_sphere({"ground_-1.5": image}))
+    other = image._replace(parameters=dataclasses.replace(image.parameters, n=-1.45, mu=None))
+    rows = failing(caustics.measure_sphere({"ground_-1.5": other}))
     assert any("within the shadow" in row for row in rows)
-    assert math.isclose(image.parameters.n, -1.5)

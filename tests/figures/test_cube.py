@@ -5,19 +5,11 @@ import numpy as np
 import pytest
 
 from nim_addon.figures import cube
-from nim_addon.figures.measure import Camera
-from nim_addon.figures.recipes import Image
 from nim_addon.physics import Interface, Medium
-from nim_addon.scenes import cube as scene_of
 
 
-def test_the_bottom_mirrors_beyond_the_critical_angle(empty_file, render, monkeypatch):
-    parameters = scene_of.CubeParameters(elevation=26, turn=0)
-    scene = scene_of.build(parameters)
-    scene.render.resolution_x = scene.render.resolution_y = 96
-    scene.cycles.samples = 32
-    cube.bottom(scene)
-    image = Image(render(scene)[None], Camera(*scene_of.pose(parameters), (96, 96)), parameters)
+def test_the_bottom_mirrors_beyond_the_critical_angle(images, monkeypatch):
+    image = images(cube.FIGURES[0], (96, 96), 32)["bottom"]
     claims = cube.measure({"bottom": image})
     for claim in claims:
         print(claim.row())

@@ -7,34 +7,17 @@ import numpy as np
 import pytest
 
 from nim_addon.figures import sea
-from nim_addon.figures.measure import Camera
-from nim_addon.figures.recipes import Image
-from nim_addon.scenes import scene_type
 from nim_addon.scenes.sea import SeaParameters
 
 
-@pytest.fixture
-def images(empty_file, render):
-    """The measured Images of figure 2.4, smaller."""
-    kind, size, found = scene_type("sea"), (160, 120), {}
-    for recipe in sea.FIGURES[0].recipes:
-        if not recipe.shown:
-            parameters = kind.parameters.read(recipe.settings)
-            scene = kind.build(parameters)
-            scene.render.resolution_x, scene.render.resolution_y = size
-            scene.cycles.samples = 16
-            recipe.change(scene)
-            found[recipe.name] = Image(render(scene)[None], Camera(*kind.pose(parameters), size), parameters)
-    return found
-
-
-def test_every_claim_holds_and_the_wrong_index_or_waves_fail(images):
-    assert not [claim.row() for claim in sea.measure(images) if not claim.holds]
+def test_every_claim_holds_and_the_wrong_index_or_waves_fail(images, failing):
+    images = images(sea.FIGURES[0], (160, 120), 16)
+    assert not failing(sea.measure(images))
     heavier = SeaParameters(liquid="1.36", waves=0)
     wrong = {name: image._replace(parameters=heavier) for name, image in images.items() if "calm" in name} | {
         "up_waves": images["up_waves"]._replace(parameters=SeaParameters(seed=2))
     }
-    rows = [claim.row() for claim in sea.measure(wrong) if not claim.holds]
+    rows = failing(sea.measure(wrong))
     assert sum("angular radius" in row for row in rows) == 2
     assert any("likeness" in row for row in rows)
 

@@ -29,17 +29,6 @@ def test_a_disc_is_met_between_its_hole_and_its_rim():
     np.testing.assert_array_equal(normals, np.tile((0, 0, 1.0), (4, 1)))
 
 
-<<<<<<< HEAD
-=======
-def test_a_solid_is_met_where_its_faces_are():
-    corners = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1.0)])
-    solid = glass_optics.Solid(corners, [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)])
-    origins = np.array([(0.2, 0.2, 5), (0.9, 0.9, 5), (0.2, 0.2, -5.0)])
-    distance, _ = solid.meet(origins, np.tile((0, 0, -1.0), (3, 1)))
-    np.testing.assert_allclose(distance, [4.4, np.inf, np.inf], rtol=1e-6)
-
-
->>>>>>> c1b908e (Figures: what their changes to a scene have in common is probes.py; what the glass and the pool must show is apart from their claims)
 @pytest.mark.parametrize("liquid", ["water", "nim"])
 def test_the_table_is_magnified_by_the_apparent_depth_of_slabs(liquid):
     """From straight above, near the axis, each slab looks as deep as its thickness by its index."""

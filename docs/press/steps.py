@@ -123,7 +123,7 @@ def install():
 
 
 def checked():
-    return not sys.modules[f"{MODULE}.ui.preferences"].check.running
+    return not sys.modules[f"{MODULE}.ui.blender_check"].check.running
 
 
 @step(wait=checked)

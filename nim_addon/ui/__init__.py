@@ -6,6 +6,7 @@ import bpy
 from . import (
     add,
     assets,
+    blender_check,
     caustics,
     caustics_bake,
     convert,
@@ -26,6 +27,7 @@ from . import (
 # In the order in which they register: a module may use the classes of those before it.
 MODULES = (
     translations,
+    blender_check,
     preferences,
     versions,
     warnings,

@@ -3,9 +3,7 @@
 
 import atexit
 import json
-import os
 import subprocess
-import sys
 import threading
 import time
 from pathlib import Path
@@ -13,26 +11,14 @@ from pathlib import Path
 import bpy
 from bpy.app.translations import pgettext_iface, pgettext_rpt
 
+from ..base import processes
+from ..base.processes import second_blender
 from ..base.text import duration
 from ..scenes import SCENES
 from ..scenes.parameters import file_name
 from . import preferences, scenes
 from .panels import Sidebar, draw_sentence
 
-# What the second process runs: the command, until its standard input ends, as it does when this Blender ends or is
-# killed. An interrupt then lets the render clear away what it has begun.
-CHILD = """
-import os, runpy, signal, sys, threading, time
-def watch():
-    os.read(0, 1)
-    signal.raise_signal(signal.SIGINT)
-    time.sleep(3)
-    os._exit(130)
-threading.Thread(target=watch, daemon=True).start()
-sys.path.insert(0, {folder!r})
-sys.argv = ["nimray", *sys.argv[sys.argv.index("--") + 1:]]
-runpy.run_module({package!r}, run_name="__main__")
-"""
 PATIENCE = 5.0  # seconds that a job may take to end by itself
 INTERVAL = 0.25  # seconds between two looks at it
 
@@ -45,22 +31,8 @@ class Job:
         self.folder, self.title = Path(folder), title
         self.done, self.total, self.left, self.when = 0, 0, None, time.monotonic()
         self.files, self.problem, self.cancelled, self.code = [], "", False, None
-        package = Path(__file__).resolve().parents[1]
-        code = CHILD.format(folder=str(package.parent), package=package.name)
-        if bpy.app.binary_path:
-            start = [bpy.app.binary_path, "--background", "--factory-startup", "--python-exit-code", "1"]
-            start += ["--python-expr", code]
-        else:  # Blender as a Python module
-            start = [sys.executable, "-c", code]
-        self.process = subprocess.Popen(
-            [*start, "--", *words, "--progress"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            encoding="utf-8",
-            errors="replace",
-            env=os.environ.copy(),  # without what Blender itself has set, of which 5.2 would have its child speak
-            creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
+        self.process = second_blender(
+            "__main__", [*words, "--progress"], binary=bpy.app.binary_path, stdout=subprocess.PIPE
         )
         self.reader = threading.Thread(target=self._read, daemon=True)
         self.reader.start()
@@ -102,12 +74,7 @@ class Job:
         if not self.running:
             return
         self.cancelled = True
-        self.process.stdin.close()
-        try:
-            self.process.wait(PATIENCE)
-        except subprocess.TimeoutExpired:
-            self.process.kill()
-            self.process.wait()
+        processes.end(self.process, PATIENCE)
         self.look()
 
     def progress(self):

@@ -10,6 +10,7 @@ import OpenImageIO as oiio
 import pytest
 
 from nim_addon import command
+from nim_addon.base import processes
 from nim_addon.cycles.render import read_metadata
 from nim_addon.ui import jobs, preferences, scene_settings
 
@@ -115,7 +116,7 @@ def test_disabling_the_add_on_ends_the_job(settings, addon, press):
 
 
 def test_a_process_that_cannot_be_started_is_reported(settings, press, monkeypatch):
-    monkeypatch.setattr(jobs.sys, "executable", "/nowhere/python")
+    monkeypatch.setattr(processes.sys, "executable", "/nowhere/python")
     with pytest.raises(RuntimeError, match="could not be started"):
         press("nim.render_headless")
 

@@ -54,13 +54,6 @@ def _own_temporary_folder() -> Iterator[None]:
             os.environ["TMPDIR"] = former
 
 
-def can_denoise() -> bool:
-    """Whether this Blender has OpenImageDenoise."""
-    import _cycles  # pyright: ignore[reportMissingImports] it is within Blender
-
-    return _cycles.with_openimagedenoise
-
-
 def devices() -> list[str]:
     """The names of the processors that Cycles finds."""
     import _cycles  # pyright: ignore[reportMissingImports]

@@ -9,7 +9,7 @@ import os
 from pathlib import Path
 
 from . import blender, words
-from .render import add_options, make, scene_type
+from .render import add_options, carry_out, refused, with_options
 from .report import Output
 from .words import UsageError
 
@@ -38,32 +38,37 @@ def add_to(commands: argparse._SubParsersAction) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Render the images and join them."""
     blender.load()
-    kind = scene_type(arguments.scene)
     from ..base.files import check_targets
     from ..renders.montage import montage
-    from ..scenes.parameters import file_name
+    from ..renders.request import Request
+    from ..scenes import SCENES, scene_type
+    from ..scenes.parameters import file_name, in_any_case
 
+    with refused():
+        kind = scene_type(in_any_case(arguments.scene, SCENES))
     variants = []
     liquids = [field.name for field in dataclasses.fields(kind.parameters) if field.metadata["kind"] == "liquid"]
     for assignments in words.variants(arguments.vary or [kind.compared], liquids):
         try:
-            variants.append((assignments, kind.parameters.read([*arguments.assignments, *assignments])))
+            request = Request.of(kind.name, [*arguments.assignments, *assignments])
         except ValueError as error:
             raise UsageError(f"{' '.join(assignments)}: {error}") from None
+        with refused():
+            variants.append((assignments, with_options(request, arguments)))
     stem = arguments.name or file_name(kind.name, arguments.assignments)
     names = [words.own_name(file_name(stem, assignments)) for assignments, _ in variants]
-    if len({parameters for _, parameters in variants}) < len(variants) or len(set(names)) < len(names):
+    if len({request for _, request in variants}) < len(variants) or len(set(names)) < len(names):
         raise UsageError("--vary names the same value twice; each image needs one of its own.")
     joined = arguments.name or f"{stem}_compare"
     check_targets(Path(os.path.expanduser(arguments.out), f"{joined}{suffix}") for suffix in (".exr", ".png"))
     with Output(arguments, len(variants)) as output:
         images = []
-        for (_, parameters), name in zip(variants, names, strict=True):
-            files, made = make(arguments, kind, parameters, {}, name, output)
-            images.append(files)
-            output.written(files)
-        common = {key: value for key, value in made.items() if key != "parameters"}
+        for (_, request), name in zip(variants, names, strict=True):
+            made = carry_out(request, arguments.out, name, output)
+            images.append((made.exr, made.png))
+            output.written(images[-1])
+        common = {key: value for key, value in made.record.items() if key != "parameters"}
         compared = {"compares": [" ".join(assignments) for assignments, _ in variants], "images": names}
         settings = {"set": arguments.assignments} if arguments.assignments else {}
         joint = montage(arguments.out, joined, images, {**common, **settings, **compared})
-        output.end(joint, made["size"], made["samples"])
+        output.end(joint, made.record["size"], made.record["samples"])

@@ -43,11 +43,12 @@ def examine() -> tuple[dict[str, object], list[str]]:
     try:
         bpy = blender.load()
         from ..cycles.material import osl_available, resolve
+        from ..renders.request import can_denoise
 
         facts["blender"] = bpy.app.version_string
         facts["osl"] = osl_available()
         facts["materials"] = BACKEND_NAMES[resolve("auto")]
-        facts["denoiser"] = blender.can_denoise()
+        facts["denoiser"] = can_denoise()
         facts["devices"] = blender.devices()
     except Failure as error:
         problems.append(str(error))

@@ -4,16 +4,20 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import dataclasses
-import re
+from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from ..base.options import BACKENDS, CAUSTICS, FPS, LARGEST_SIDE, MOST_PHOTONS, MOST_SAMPLES, MOST_SEED
+from ..base.options import BACKENDS, CAUSTICS, FPS, MOST_PHOTONS, MOST_SAMPLES, MOST_SEED
 from ..base.text import fit, printable
-from ..base.version import VERSION
 from . import blender, words
-from .report import Failure, Output, note
+from .report import Output, note
 from .words import UsageError
+
+if TYPE_CHECKING:
+    from ..renders.request import Rendered, Request
 
 
 def add_to(commands: argparse._SubParsersAction) -> None:
@@ -84,196 +88,88 @@ def run(arguments: argparse.Namespace) -> None:
     if not arguments.again and not arguments.scene:
         raise UsageError("name a scene to render: glass, pool, sphere or sea.")
     blender.load()
-    record = recorded(arguments.again) if arguments.again else {}
-    kind = scene_type(arguments.scene or record["scene"])
-    try:
-        read = kind.parameters.read
-        parameters = kind.parameters.of(record["parameters"]) if record else read(arguments.assignments)
-    except ValueError as error:
-        raise UsageError(f"{arguments.again}: {error}" if record else str(error)) from None
+    from ..renders.request import Request
     from ..scenes.parameters import file_name
 
+    made_with = None
+    with refused():
+        if arguments.again:
+            try:
+                request, record = Request.again(arguments.again)
+            except FileNotFoundError as error:
+                raise UsageError(str(error)) from None
+            made_with, usual = record["blender"], f"{fit(Path(arguments.again).stem)}_again"
+        else:
+            request = Request.of(arguments.scene, arguments.assignments)
+            usual = file_name(request.scene, arguments.assignments)
+        request = with_options(request, arguments)
+    name = arguments.name or words.own_name(usual)
     if arguments.frames:
-        name = arguments.name or words.own_name(file_name(kind.name, arguments.assignments))
-        return _render_frames(arguments, kind, _moments(arguments, kind, parameters), name)
-    default = f"{fit(Path(arguments.again).stem)}_again" if record else file_name(kind.name, arguments.assignments)
+        return _render_frames(request, arguments, name)
     with Output(arguments, 1) as output:
-        files, made = make(arguments, kind, parameters, record, arguments.name or words.own_name(default), output)
-        output.end(files, made["size"], made["samples"])
+        made = carry_out(request, arguments.out, name, output, blend=arguments.blend, made_with=made_with)
+        output.end([made.exr, made.png], made.record["size"], made.record["samples"])
 
 
-def scene_type(name: str):
-    """The scene of a name, in any case."""
-    from ..scenes import SCENES, scene_type
-    from ..scenes.parameters import in_any_case
-
-    try:
-        return scene_type(in_any_case(name, SCENES))
-    except ValueError as error:
-        raise UsageError(str(error)) from None
-
-
-def _moments(arguments, kind, parameters):
-    """{frame: the parameters that its image shows} of --frames."""
-    if not any(field.name == "time" for field in dataclasses.fields(parameters)):
-        raise UsageError(f"nothing moves in the {kind.name}; --frames is for the pool and the sea.")
-    first, last = arguments.frames
-    fps = arguments.fps or FPS
-    try:
-        return {
-            frame: dataclasses.replace(parameters, time=parameters.time + (frame - 1) / fps)
-            for frame in range(first, last + 1)
-        }
-    except ValueError as error:
-        raise UsageError(str(error)) from None
+def with_options(request: Request, arguments: argparse.Namespace) -> Request:
+    """A request with the options of add_options() that were given; ValueError for what no render has."""
+    keys = ("samples", "seed", "backend", "denoise", "caustics", "photons")
+    given = {key: getattr(arguments, key) for key in keys if getattr(arguments, key) is not None}
+    if arguments.size:
+        given["size"] = arguments.size(request.size)
+    if given.get("caustics") == "path":
+        given.setdefault("photons", None)
+    return dataclasses.replace(request, **given)
 
 
-def _render_frames(arguments, kind, moments, name):
+def _render_frames(request, arguments, name):
+    if not request.moves:
+        raise UsageError(f"nothing moves in the {request.scene}; --frames is for the pool and the sea.")
+    with refused():
+        moments = request.sequence(*arguments.frames, arguments.fps or FPS)
     with Output(arguments, len(moments)) as output:
-        for frame, parameters in moments.items():
+        for frame, moment in moments.items():
             output.frame = frame
-            files, made = make(arguments, kind, parameters, {}, f"{name}_{frame:04}", output)
-            output.written(files)
-        output.end([], made["size"], made["samples"])
+            made = carry_out(moment, arguments.out, f"{name}_{frame:04}", output, keep=True, blend=arguments.blend)
+            output.written([made.exr, made.png])
+        output.end([], made.record["size"], made.record["samples"])
 
 
-def make(arguments, kind, parameters, record, name, output):
-    """Build and render a scene as `arguments`, else `record` (of an earlier render) say; returns (exr, png) and its record.
+def carry_out(
+    request: Request,
+    folder: str,
+    name: str,
+    output: Output,
+    *,
+    keep: bool = False,
+    blend: bool = False,
+    made_with: str | None = None,
+) -> Rendered:
+    """Render a request, of an image that was `made_with` that Blender; `keep` and `blend` as Request.render() has them."""
+    from bpy.app import version_string
 
-    A frame of a sequence that is there already, made of the same, is left as it is.
-    """
-    from .. import caustics
-    from ..base.files import writable_folder
-    from ..cycles import material, render
+    def showing(name, samples):
+        if made_with not in (None, version_string) and not output.quiet:
+            note(f"made with Blender {printable(made_with)}, repeated with {version_string}.")
+        return output.showing(name, samples)
 
-    backend = material.resolve(arguments.backend or record.get("backend", "auto"))
-    denoise = arguments.denoise if arguments.denoise is not None else record.get("denoise", False)
-    if denoise and not blender.can_denoise():
-        raise Failure("this Blender was built without OpenImageDenoise; leave --denoise out and take more samples.")
+    with refused():
+        made = request.render(folder, name, keep=keep, blend=blend, showing=showing, tracing=output.tracing)
+    if made.was_there and not output.quiet:
+        note(f"{made.exr} is there already.")
+    return made
 
-    def given(value, key, default):
-        return value if value is not None else record.get(key, default)
+
+@contextlib.contextmanager
+def refused() -> Iterator[None]:
+    """Say in the words of the command what makes no sense in a request."""
+    from ..renders.request import NoPhotons, NotTraced
 
     try:
-        scene = kind.build(parameters, backend)
+        yield
+    except NoPhotons:
+        raise UsageError("--photons goes with --caustics traced.") from None
+    except NotTraced as error:
+        raise UsageError(f"--caustics traced: {error}") from None
     except ValueError as error:
         raise UsageError(str(error)) from None
-    traced = given(arguments.caustics, "caustics", caustics.best_way(scene)) == "traced"
-    if arguments.photons and not traced:
-        raise UsageError("--photons goes with --caustics traced.")
-    if traced:
-        try:
-            caustics.Bake(scene)
-        except ValueError as error:
-            raise UsageError(f"--caustics traced: {error}") from None
-    folder = writable_folder(arguments.out)
-
-    own = record.get("size", (scene.render.resolution_x, scene.render.resolution_y))
-    width, height = arguments.size(own) if arguments.size else own
-    scene.render.resolution_x, scene.render.resolution_y = width, height
-    scene.cycles.samples = given(arguments.samples, "samples", scene.cycles.samples)
-    # the noise must not stand still while the waves move
-    scene.cycles.seed = (given(arguments.seed, "seed", 0) + (output.frame or 0)) % 2**31
-    scene.cycles.use_denoising = denoise
-    photons = {"photons": given(arguments.photons, "photons", caustics.PHOTONS)} if traced else {}
-    made = {
-        "nimray": VERSION,
-        "scene": kind.name,
-        "parameters": parameters.plain(),
-        "size": [width, height],
-        "samples": scene.cycles.samples,
-        "seed": scene.cycles.seed,
-        "denoise": scene.cycles.use_denoising,
-        "backend": backend,
-        "caustics": "traced" if traced else "path",
-        **photons,
-        "blender": blender.load().app.version_string,
-    }
-    files = [folder / f"{name}{suffix}" for suffix in (".exr", ".png")]
-    blend = getattr(arguments, "blend", False)
-    if output.frame and render.record_of(files[0]) == made and (not blend or (folder / f"{name}.blend").is_file()):
-        if not arguments.quiet:
-            note(f"{files[0]} is there already.")
-        return files, made
-    if traced:
-        _trace_caustics(scene, made, output, folder / f".{name}.photons")
-    if record and not arguments.quiet and record["blender"] != made["blender"]:
-        note(f"made with Blender {printable(record['blender'])}, repeated with {made['blender']}.")
-    with output.showing(name, made["samples"]) as show:
-        files = render.render(scene, folder, name, metadata=made, progress=show, blend=blend)
-    return files, made
-
-
-def _trace_caustics(scene, made, output, file):
-    from .. import caustics
-
-    photons = made["photons"]
-    texels = 512 if photons < 1 << 20 else 2048
-    with output.tracing(made["samples"], photons) as show:
-        try:
-            caustics.bake(scene, photons=photons, texels=texels, seed=made["seed"], file=file, progress=show)
-        except ValueError as error:
-            raise UsageError(f"--caustics traced: {error}") from None
-
-
-# ------------------------------------------------------------------------------------------------ an earlier render
-
-
-def recorded(path: str) -> dict:
-    """What made an image, to be made again: each value one that could have been written on the command line."""
-    from ..cycles.render import read_metadata
-
-    try:
-        record = read_metadata(path)
-    except (ValueError, FileNotFoundError) as error:
-        raise UsageError(str(error)) from None
-    if "compares" in record:
-        images = record["images"] if isinstance(record.get("images"), list) else []
-        raise UsageError(
-            f"{path} is a comparison, not one render; repeat one of its images: "
-            f"{', '.join(f'{name}.exr' for name in images)}."
-        )
-    if "code" in record:
-        raise UsageError(f"{path} is a part of a figure; repeat it with `nimray figures`.")
-    missing = {"nimray", "scene", "parameters", "size", "samples", "seed", "denoise", "blender"} - set(record)
-    if missing:
-        raise UsageError(f"{path} does not record its {', '.join(sorted(missing))}, so it cannot be repeated.")
-    if _version(record.get("nimray")) > _version(VERSION):
-        raise UsageError(
-            f"{path} was made by nimray {record['nimray']}, and this is {VERSION}; repeat it with that one."
-        )
-    for key, value in record.items():
-        if key not in RECORDED or not RECORDED[key](value):
-            raise UsageError(f"{path} records {key} = {value!r}, which no render has, so it cannot be repeated.")
-    return record
-
-
-def _version(text):
-    """A version as numbers to compare; what is none is none that we made."""
-    return (
-        tuple(map(int, text.split("."))) if isinstance(text, str) and re.fullmatch(r"\d{1,4}(\.\d{1,4})*", text) else ()
-    )
-
-
-def _between(low, high):
-    return lambda value: type(value) is int and low <= value <= high
-
-
-def _of_type(kind):
-    return lambda value: isinstance(value, kind)
-
-
-# What a render records, and whether a value of it is one.
-RECORDED = {
-    "nimray": lambda value: _version(value) > (),
-    "scene": _of_type(str),  # which of them, and with what parameters, they say themselves
-    "parameters": _of_type(dict),
-    "size": lambda value: isinstance(value, list) and len(value) == 2 and all(map(_between(1, LARGEST_SIDE), value)),
-    "samples": _between(1, MOST_SAMPLES),
-    "seed": _between(0, MOST_SEED),
-    "denoise": _of_type(bool),
-    "backend": lambda value: value in BACKENDS,
-    "caustics": lambda value: value in CAUSTICS,
-    "photons": _between(1, MOST_PHOTONS),
-    "blender": _of_type(str),
-}

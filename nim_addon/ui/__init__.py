@@ -12,6 +12,7 @@ from . import (
     convert,
     jobs,
     light_paths,
+    light_settings,
     material,
     material_values,
     preferences,
@@ -42,26 +43,32 @@ MODULES = (
     jobs,
     caustics_bake,
     caustics,
+    light_settings,
     light_paths,
     assets,
 )
 
 
 def register():
-    """Register every module's CLASSES and HANDLERS, then what else it adds (menus, properties); raises what Blender raises."""
+    """Register every module's CLASSES and HANDLERS, then what else it adds (menus, properties), if anything.
+
+    Raises what Blender raises.
+    """
     for module in MODULES:
-        for cls in module.CLASSES:
+        for cls in getattr(module, "CLASSES", ()):
             bpy.utils.register_class(cls)
         for name, handler in getattr(module, "HANDLERS", ()):
             getattr(bpy.app.handlers, name).append(handler)
-        module.register()
+        if hasattr(module, "register"):
+            module.register()
 
 
 def unregister():
     """Take back what register() did, backwards."""
     for module in reversed(MODULES):
-        module.unregister()
+        if hasattr(module, "unregister"):
+            module.unregister()
         for name, handler in getattr(module, "HANDLERS", ()):
             getattr(bpy.app.handlers, name).remove(handler)
-        for cls in reversed(module.CLASSES):
+        for cls in reversed(getattr(module, "CLASSES", ())):
             bpy.utils.unregister_class(cls)

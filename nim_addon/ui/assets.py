@@ -63,12 +63,5 @@ class NIM_OT_unregister_assets(bpy.types.Operator):
         return {"FINISHED"}
 
 
+# A library that a person has added to the preferences is theirs to remove: it stays where the add-on goes.
 CLASSES = (NIM_OT_register_assets, NIM_OT_unregister_assets)
-
-
-def register():
-    """Nothing more than the classes."""
-
-
-def unregister():
-    """Nothing: a library that a person added to the preferences is theirs to remove."""

@@ -294,10 +294,6 @@ CLASSES = (NIM_OT_bake_caustics, NIM_OT_clear_caustics)
 HANDLERS = (("undo_pre", drop), ("redo_pre", drop), ("load_pre", drop))
 
 
-def register():
-    """Nothing more than the classes and handlers."""
-
-
 def unregister():
     """Drop a bake under way."""
     drop()

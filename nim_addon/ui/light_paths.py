@@ -1,195 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Light paths: rays through the interfaces of a scene, drawn as curves."""
 
-import math
-
 import bpy
 import numpy as np
 from bpy.app.translations import pgettext_rpt
-from bpy.props import BoolProperty, EnumProperty, FloatProperty, FloatVectorProperty, IntProperty, PointerProperty
 
 from ..cycles.casting import Meshes
-from ..cycles.nodes import Nodes, empty_tree
-from ..cycles.visibility import PATHS_MARK as MARK
-from ..cycles.visibility import as_rendered, shown
-from ..physics.rays import MOST_SEGMENTS, Fate, Kind, trace
-from . import light_sources
+from ..cycles.visibility import PATHS_MARK, as_rendered, shown
+from ..physics.rays import MOST_SEGMENTS, Fate, trace
+from . import light_curves, light_sources
+from .light_settings import Settings, draw_settings
 from .panels import Sidebar
 
-COLLECTION = "NIM Light Paths"
-# MARK is the custom property of all we draw; that of an object holds the source it was drawn for.
-
-# Linear colours: light arrives yellow, is reflected blue, and goes on orange.
-COLORS = {Kind.INCIDENT: (1.0, 0.80, 0.25), Kind.REFLECTED: (0.10, 0.60, 1.0), Kind.TRANSMITTED: (1.0, 0.20, 0.02)}
-# Thickness goes with this power of the energy: a branch of one per cent is still seen, a third as thick.
-THINNING = 0.25
 # Where this share of the light is cut off by the settings, that is said.
 CUT = 0.5
-
-
-class Settings:
-    """The settings of the rays: those of a scene, and those of the operator while it can be redone."""
-
-    source: EnumProperty(
-        name="Source",
-        description="Where the rays start",
-        items=(
-            (
-                "SIDE",
-                "From the Side",
-                "From outside, beside the interface as the camera sees it; from above, at a slant, if it is flat",
-                "AXIS_SIDE",
-                3,
-            ),
-            (
-                "CURSOR",
-                "3D Cursor",
-                "From the 3D cursor; from its left (-X) if it is in the target's middle",
-                "PIVOT_CURSOR",
-                0,
-            ),
-            ("CAMERA", "Camera", "From the scene's camera, against the light it sees", "OUTLINER_OB_CAMERA", 1),
-            ("LAMP", "Selected Lamps", "From every selected lamp; from the only lamp, where none is", "LIGHT", 2),
-        ),
-        default="SIDE",
-        options={"SKIP_SAVE"},
-    )
-    aim: EnumProperty(
-        name="Aim",
-        description="Where the rays go; those of a sun always go where it shines",
-        items=(
-            ("TARGET", "Interface", "Towards the active object, or all interfaces if it is none", "PIVOT_BOUNDBOX", 0),
-            ("FORWARD", "Forward", "Where the camera looks, the lamp shines or the cursor's -Z points", "FORWARD", 1),
-            ("DIRECTION", "Direction", "Along a direction of your own", "ORIENTATION_GLOBAL", 2),
-        ),
-        options={"SKIP_SAVE"},
-    )
-    direction: FloatVectorProperty(
-        name="Direction",
-        description="Direction of the rays in the scene's axes, of any length but zero",
-        default=(1.0, 0.0, 0.0),
-        subtype="XYZ",
-        options={"SKIP_SAVE"},
-    )
-    arrangement: EnumProperty(
-        name="Arrangement",
-        description="How the rays spread; those of a sun are always parallel",
-        items=(
-            ("BEAM", "Beam", "Parallel rays side by side in a plane", "ALIGN_JUSTIFY", 0),
-            ("FAN", "Fan", "Rays from one point in a plane", "IPO_LINEAR", 1),
-            ("CONE", "Cone", "Rays from one point, evenly within a cone", "CONE", 2),
-        ),
-        options={"SKIP_SAVE"},
-    )
-    rays: IntProperty(
-        name="Rays",
-        description="How many rays start at each source",
-        default=21,
-        min=1,
-        max=1000,
-        options={"SKIP_SAVE"},
-    )
-    width: FloatProperty(
-        name="Width",
-        description="Width of a beam",
-        default=1.0,
-        min=0.0,
-        unit="LENGTH",
-        options={"SKIP_SAVE"},
-    )
-    angle: FloatProperty(
-        name="Angle",
-        description="Angle between the outermost rays of a fan or a cone",
-        default=math.radians(30),
-        min=0.0,
-        max=math.radians(360),
-        subtype="ANGLE",
-        options={"SKIP_SAVE"},
-    )
-    roll: FloatProperty(
-        name="Roll",
-        description="Turns the plane of a beam or a fan about its middle ray; at 0 it stands upright",
-        default=0.0,
-        subtype="ANGLE",
-        options={"SKIP_SAVE"},
-    )
-    bounces: IntProperty(
-        name="Bounces",
-        description="How many interfaces a path may cross or be reflected by",
-        default=8,
-        min=0,
-        max=64,
-        options={"SKIP_SAVE"},
-    )
-    least: FloatProperty(
-        name="Least Energy",
-        description="A branch with less than this share of its ray's energy is not drawn",
-        default=0.001,
-        min=0.00001,
-        max=0.99,
-        precision=4,
-        options={"SKIP_SAVE"},
-    )
-    fit: BoolProperty(
-        name="Fit to Interfaces",
-        description="Choose the width of a beam, the thickness and the reach by the size of what the rays meet",
-        default=True,
-        options={"SKIP_SAVE"},
-    )
-    thickness: FloatProperty(
-        name="Thickness",
-        description="Thickness of a ray with all its energy; weaker ones are thinner",
-        default=0.02,
-        min=0.0,
-        precision=4,
-        unit="LENGTH",
-        options={"SKIP_SAVE"},
-    )
-    reach: FloatProperty(
-        name="Reach",
-        description="How far a ray that meets nothing more is drawn",
-        default=3.0,
-        min=0.000001,
-        unit="LENGTH",
-        options={"SKIP_SAVE"},
-    )
-    through: BoolProperty(
-        name="Seen Inside",
-        description="In a render, show the rays inside and behind an interface too, bent by it as anything else",
-        default=True,
-        options={"SKIP_SAVE"},
-    )
-
-
-class NIM_PG_rays(Settings, bpy.types.PropertyGroup):
-    """How the rays of a scene are drawn: Scene.nim_rays."""
-
-
-def _draw_settings(layout, settings):
-    layout.use_property_split = True
-    layout.use_property_decorate = False
-    column = layout.column()
-    column.prop(settings, "source")
-    column.prop(settings, "aim")
-    if settings.aim == "DIRECTION":
-        column.prop(settings, "direction")
-    column = layout.column(align=True)
-    column.prop(settings, "arrangement")
-    column.prop(settings, "rays")
-    if settings.arrangement != "BEAM":
-        column.prop(settings, "angle")
-    if settings.arrangement != "CONE":
-        column.prop(settings, "roll")
-    column = layout.column(align=True)
-    column.prop(settings, "bounces")
-    column.prop(settings, "least")
-    column = layout.column(align=True)
-    column.prop(settings, "fit")
-    if not settings.fit:
-        column.prop(settings, "width")
-        column.prop(settings, "thickness")
-        column.prop(settings, "reach")
-    layout.prop(settings, "through")
 
 
 class NIM_OT_light_paths(Settings, bpy.types.Operator):
@@ -207,7 +31,7 @@ class NIM_OT_light_paths(Settings, bpy.types.Operator):
         return True
 
     def draw(self, context):
-        _draw_settings(self.layout, self)
+        draw_settings(self.layout, self)
 
     def execute(self, context):
         # what the caller leaves open is as the scene has it; what was drawn last is what the scene remembers
@@ -222,7 +46,7 @@ class NIM_OT_light_paths(Settings, bpy.types.Operator):
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         for source, paths in drawn.items():
-            _draw_paths(context.scene, source, paths, self.thickness, self.through)
+            light_curves.draw(context.scene, source, paths, self.thickness, self.through)
         for name in Settings.__annotations__:
             setattr(settings, name, getattr(self, name))
         rays = sum(len(paths.lost) for paths in drawn.values())
@@ -245,26 +69,13 @@ class NIM_OT_light_paths_clear(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        if _collection_of(context.scene) is None:
+        if light_curves.collection_of(context.scene) is None:
             cls.poll_message_set("This scene has no light paths")
             return False
         return True
 
     def execute(self, context):
-        scene = context.scene
-        _remove([thing for thing in scene.objects if thing.get(MARK)])
-        collection = _collection_of(scene)
-        # what a person has put there stays in the scene; what is in it already cannot be linked again, and two things
-        # of one name, one of them from a library, are not the same
-        for theirs, ours in (
-            (scene.collection.objects, collection.objects),
-            (scene.collection.children, collection.children),
-        ):
-            known = set(theirs)
-            for thing in [one for one in ours if one not in known]:
-                theirs.link(thing)
-        bpy.data.collections.remove(collection)
-        bpy.data.batch_remove([m for m in bpy.data.materials if m.get(MARK) and m.users == 0])
+        light_curves.clear(context.scene)
         self.report({"INFO"}, pgettext_rpt("Light paths cleared"))
         return {"FINISHED"}
 
@@ -285,7 +96,7 @@ class NIM_PT_light_paths(Sidebar, bpy.types.Panel):
             self.layout.label(text="The scene has no camera", icon="ERROR")
         elif settings.source == "LAMP" and not light_sources.lamps(context):
             self.layout.label(text="Select a lamp", icon="ERROR")
-        _draw_settings(self.layout, settings)
+        draw_settings(self.layout, settings)
 
 
 # ---------------------------------------------------------------- where they go
@@ -294,7 +105,9 @@ class NIM_PT_light_paths(Sidebar, bpy.types.Panel):
 def _traced(context, settings, depsgraph):
     """The Meshes, and {source: Paths}; ValueError with a sentence where the settings lead nowhere."""
     # ours stop no rays
-    surfaces = Meshes((one for one in shown(context.scene, depsgraph) if not one.original.get(MARK)), depsgraph)
+    surfaces = Meshes(
+        (seen for seen in shown(context.scene, depsgraph) if not seen.original.get(PATHS_MARK)), depsgraph
+    )
     if not surfaces.bounds:
         raise ValueError(
             pgettext_rpt(
@@ -352,87 +165,4 @@ def _warning(surfaces, drawn, bounces):
     return None
 
 
-# ---------------------------------------------------------------- how they are drawn
-
-
-def _draw_paths(scene, source, paths, thickness, through):
-    """Replace the curves of `source` in a bpy.types.Scene by those of physics.rays.Paths."""
-    _remove([thing for thing in scene.objects if thing.get(MARK) == source])
-    collection = _collection_of(scene)
-    if collection is None:
-        collection = bpy.data.collections.new(COLLECTION)
-        collection[MARK] = True
-        scene.collection.children.link(collection)
-    radius = np.repeat((paths.energy**THINNING).astype(np.float32)[:, None], 2, axis=1)
-    if source == "camera":
-        # pointed at the lens: who looks through the camera would look into tubes, and see nothing else
-        radius[paths.depth == 0, 0] = 0
-    ends = np.stack([np.insert(paths.start, 3, 1, axis=1), np.insert(paths.end, 3, 1, axis=1)], axis=1)
-    ends = ends.reshape(-1, 8).astype(np.float32)
-    for kind in Kind:
-        chosen = np.flatnonzero(paths.kind == kind)
-        if not len(chosen):
-            continue
-        curve = bpy.data.curves.new(f"{kind.name.capitalize()} {source}", "CURVE")
-        curve.dimensions = "3D"
-        curve.bevel_depth, curve.bevel_resolution, curve.use_fill_caps = thickness / 2, 1, True
-        curve.materials.append(_material(kind, through))
-        for segment in chosen:
-            points = curve.splines.new("POLY").points
-            points.add(1)
-            points.foreach_set("co", ends[segment])
-            points.foreach_set("radius", radius[segment])
-        thing = bpy.data.objects.new(curve.name, curve)
-        thing[MARK] = source
-        # a camera sees them, and through interfaces if wished; nothing is lit or shaded by them
-        thing.visible_diffuse = thing.visible_glossy = thing.visible_volume_scatter = thing.visible_shadow = False
-        thing.visible_transmission = through
-        collection.objects.link(thing)
-
-
-def _material(kind, through):
-    """The file's material for that kind of path, made on first use: it glows, and is not looked for as a lamp."""
-    mark = kind.name if through else f"{kind.name}, not inside"
-    material = next((m for m in bpy.data.materials if m.get(MARK) == mark and not m.library), None)
-    if material is not None:
-        return material
-    material = bpy.data.materials.new(f"Light Path {kind.name.lower()}")
-    material[MARK] = mark
-    material.diffuse_color = (*COLORS[kind], 1.0)
-    material.cycles.emission_sampling = "NONE"
-    nodes = Nodes(empty_tree(material))
-    shader = nodes.add("ShaderNodeEmission", inputs={"Color": COLORS[kind]})
-    if not through:
-        # a ray bent backwards still counts as the camera's; the bend counts as a transparent surface before this one
-        before = nodes.add("ShaderNodeLightPath").outputs["Transparent Depth"]
-        clear = nodes.add("ShaderNodeBsdfTransparent")
-        behind = nodes.math("GREATER_THAN", before, 0.5)
-        shader = nodes.add("ShaderNodeMixShader", inputs={0: behind, 1: shader.outputs[0], 2: clear.outputs[0]})
-    nodes.end(shader)
-    return material
-
-
-def _collection_of(scene):
-    """The collection of light paths in that scene, None where it has none."""
-    return next((collection for collection in scene.collection.children_recursive if collection.get(MARK)), None)
-
-
-def _remove(things):
-    curves = {thing.data for thing in things}
-    bpy.data.batch_remove(things)
-    bpy.data.batch_remove([curve for curve in curves if curve.users == 0])
-
-
-CLASSES = (NIM_PG_rays, NIM_OT_light_paths, NIM_OT_light_paths_clear, NIM_PT_light_paths)
-
-
-def register():
-    """Add the settings that each scene keeps."""
-    bpy.types.Scene.nim_rays = PointerProperty(
-        type=NIM_PG_rays, name="Light Paths", description="How the light paths of this scene are drawn"
-    )
-
-
-def unregister():
-    """Take them back."""
-    del bpy.types.Scene.nim_rays
+CLASSES = (NIM_OT_light_paths, NIM_OT_light_paths_clear, NIM_PT_light_paths)

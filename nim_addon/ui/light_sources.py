@@ -3,8 +3,12 @@
 
 import math
 
+import bpy
 import numpy as np
 from bpy.app.translations import pgettext_rpt
+
+from ..cycles.casting import Meshes
+from .light_settings import Settings
 
 # Of a beam from the side so many rays should meet an interface first, from outside and not at a grazing angle.
 ENOUGH = 0.5
@@ -12,10 +16,12 @@ STEEP = 0.3  # the least cosine of what is not grazing
 FLAT = 0.1  # thinner than this share of its second extent something is a sheet, such as the surface of a liquid
 
 
-def starts(context, settings, surfaces, depsgraph):
+def starts(
+    context: bpy.types.Context, settings: Settings, surfaces: Meshes, depsgraph: bpy.types.Depsgraph
+) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """The rays of each source: {name: (origins (N, 3), directions (N, 3))}; with settings.fit it sets their sizes.
 
-    surfaces: cycles.meshes.Meshes with at least one interface; ValueError with a sentence where settings lead nowhere
+    surfaces: with at least one interface; ValueError with a sentence where settings lead nowhere
     """
     target = surfaces.bounds.get(context.active_object, (surfaces.low, surfaces.high))
     if settings.fit:
@@ -32,11 +38,11 @@ def starts(context, settings, surfaces, depsgraph):
     }
 
 
-def lamps(context):
+def lamps(context: bpy.types.Context) -> list[bpy.types.Object]:
     """The selected lamps; where none is, the scene's lamp if there is just one."""
-    chosen = [thing for thing in context.selected_objects if thing.type == "LIGHT"]
+    chosen = [object_ for object_ in context.selected_objects if object_.type == "LIGHT"]
     if not chosen:
-        chosen = [thing for thing in context.scene.objects if thing.type == "LIGHT"]
+        chosen = [object_ for object_ in context.scene.objects if object_.type == "LIGHT"]
         chosen = chosen if len(chosen) == 1 else []
     return chosen
 
@@ -46,8 +52,8 @@ def _sources(context, source, depsgraph):
     scene = context.scene
     if source == "CURSOR":
         return [("cursor", np.array(scene.cursor.matrix, float), False)]
-    things = lamps(context) if source == "LAMP" else [scene.camera] if scene.camera else []
-    if not things:
+    objects = lamps(context) if source == "LAMP" else [scene.camera] if scene.camera else []
+    if not objects:
         raise ValueError(
             pgettext_rpt("Light paths: no lamp is selected, and there is not just one; select a lamp")
             if source == "LAMP"
@@ -55,11 +61,11 @@ def _sources(context, source, depsgraph):
         )
     return [
         (
-            f"lamp {thing.name}" if source == "LAMP" else "camera",
-            np.array(thing.evaluated_get(depsgraph).matrix_world, float),
-            thing.type == "LIGHT" and thing.data.type == "SUN",
+            f"lamp {object_.name}" if source == "LAMP" else "camera",
+            np.array(object_.evaluated_get(depsgraph).matrix_world, float),
+            object_.type == "LIGHT" and object_.data.type == "SUN",
         )
-        for thing in things
+        for object_ in objects
     ]
 
 
@@ -122,18 +128,17 @@ def _from_the_side(scene, settings, surfaces, target, depsgraph):
     boxes = [target]
     if target[0] is surfaces.low:  # of interfaces that lie apart the middle may be empty: then one of them will do
         boxes += sorted(surfaces.bounds.values(), key=lambda box: -np.linalg.norm(box[1] - box[0]))
+    candidates = (
+        _beside(settings, surfaces, low, high, axis, beyond)
+        for low, high in boxes
+        for beyond in (False, True)
+        for axis in _axes(scene, settings, high - low, depsgraph)
+    )
     best, most = None, -1.0
-    for low, high in boxes:
-        for beyond in (False, True):
-            for axis in _axes(scene, settings, high - low, depsgraph):
-                start = _beside(settings, surfaces, low, high, axis, beyond)
-                share = _share(surfaces, *start[:2])
-                if share > most:
-                    best, most = start, share
-                if most >= ENOUGH:
-                    break
-            if most >= ENOUGH:
-                break
+    for start in candidates:
+        share = _share(surfaces, *start[:2])
+        if share > most:
+            best, most = start, share
         if most >= ENOUGH:
             break
     if settings.fit:
@@ -148,7 +153,7 @@ def _axes(scene, settings, extent, depsgraph):
     right, away, up = np.eye(3)
     if scene.camera:
         view = np.array(scene.camera.evaluated_get(depsgraph).matrix_world, float)[:3, 0]
-        # along an axis of the scene, as most things stand; x where the camera looks between two
+        # along an axis of the scene, as most objects stand; x where the camera looks between two
         across = 1 if abs(view[1]) > 1.5 * abs(view[0]) else 0
         right = np.eye(3)[across] * (1 if view[across] >= 0 else -1)
         away = np.cross(up, right)

@@ -10,7 +10,7 @@ from ..cycles.material import interface_nodes, osl_available, switch_backend
 from . import curve, warnings
 from .material_values import active_node, complaints, interface_shown, note, sockets_of
 from .media import SIDES, backend_for
-from .panels import draw_sentence
+from .panels import Sidebar, draw_sentence
 from .readings import readings, summary
 
 # Wider than this, at a scale of 1, a region shows the curve beside the numbers; narrower, below them.
@@ -204,14 +204,12 @@ class NIM_PT_material(bpy.types.Panel):
         draw_material(self.layout, context, context.material)
 
 
-class NIM_PT_material_nodes(bpy.types.Panel):
+class NIM_PT_material_nodes(Sidebar, bpy.types.Panel):
     """The media of both sides of the edited material's interface, and what they mean"""
 
     bl_idname = "NIM_PT_material_nodes"
     bl_label = "Negative Index"
     bl_space_type = "NODE_EDITOR"
-    bl_region_type = "UI"
-    bl_category = "NIM"
 
     @classmethod
     def poll(cls, context):

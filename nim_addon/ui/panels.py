@@ -7,7 +7,7 @@ import bpy
 
 
 class Sidebar:
-    """For a panel in the sidebar of a 3D view, on the add-on's own tab."""
+    """For a panel in the sidebar, of a 3D view where it does not say another, on the add-on's own tab."""
 
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"

@@ -150,11 +150,3 @@ def _menu(name):
 MENUS = {name: _menu(name) for name in SCENES}
 
 CLASSES = (NIM_OT_load_figure, NIM_OT_load_preset, NIM_OT_preset, *MENUS.values())
-
-
-def register():
-    """Nothing more than the classes."""
-
-
-def unregister():
-    """Nothing."""

@@ -19,6 +19,19 @@ SCENE_NUMBERS = {"glass": 0, "pool": 1, "sphere": 2, "sea": 3}
 LIQUID_NUMBERS = {"none": 0, "custom": 1, "water": 2, "nim": 3, "glass": 4, "diamond": 5}
 LIQUID_NUMBERS |= {"nim-1.025": 6, "nim-1.5": 7, "nim-2.418": 8, "nim-4.1": 9, "nim-mu10": 10, "nim-mu25": 11}
 FILE_NUMBER = 100  # a mesh file of one's own, after all the words there may ever be
+QUALITY_ITEMS = [
+    ("DEFAULT", "Default", "The samples of the add-on's preferences, full size", "NONE", 0),
+    ("DRAFT", "Draft", "32 samples, half size: seconds", "NONE", 1),
+    ("GOOD", "Good", "256 samples, full size: minutes", "NONE", 2),
+    ("FINAL", "Final", "2048 samples, full size: as long as it takes", "NONE", 3),
+]
+BACKEND_ITEMS = [
+    ("default", "Default", "As in the add-on's preferences", "NONE", 0),
+    ("auto", "Automatic", "OSL where this Blender has it, else Blender's own nodes", "NONE", 1),
+    ("osl", "OSL", "The closure written in Open Shading Language", "NONE", 2),
+    ("nodes", "Nodes", "Blender's own nodes, which run in any build", "NONE", 3),
+]
+
 # The item of a Medium, or of None; of names for the same one the first.
 LIQUIDS = {None: "none"} | {MEDIA[word]: word for word in reversed(LIQUID_NUMBERS) if word in MEDIA}
 
@@ -265,24 +278,14 @@ class NIM_PG_scenes(bpy.types.PropertyGroup):
     quality: EnumProperty(
         name="Quality",
         description="Samples a pixel and size of the picture; a built scene follows at once",
-        items=[
-            ("DEFAULT", "Default", "The samples of the add-on's preferences, full size", "NONE", 0),
-            ("DRAFT", "Draft", "32 samples, half size: seconds", "NONE", 1),
-            ("GOOD", "Good", "256 samples, full size: minutes", "NONE", 2),
-            ("FINAL", "Final", "2048 samples, full size: as long as it takes", "NONE", 3),
-        ],
+        items=QUALITY_ITEMS,
         default="DEFAULT",
         update=_quality_changed,
     )
     backend: EnumProperty(
         name="Backend",
         description="What the optics of the materials are made of",
-        items=[
-            ("default", "Default", "As in the add-on's preferences", "NONE", 0),
-            ("auto", "Automatic", "OSL where this Blender has it, else Blender's own nodes", "NONE", 1),
-            ("osl", "OSL", "The closure written in Open Shading Language", "NONE", 2),
-            ("nodes", "Nodes", "Blender's own nodes, which run in any build", "NONE", 3),
-        ],
+        items=BACKEND_ITEMS,
         default="default",
     )
     problem: StringProperty(

@@ -203,11 +203,3 @@ class NIM_PT_scenes(Sidebar, bpy.types.Panel):
 
 
 CLASSES = (NIM_OT_build_scene, NIM_OT_copy_command, NIM_PT_scenes)
-
-
-def register():
-    """Nothing more than the classes."""
-
-
-def unregister():
-    """Nothing."""

@@ -28,9 +28,6 @@ def dictionary() -> dict[str, dict[tuple[str, str], str]]:
     return filled
 
 
-CLASSES = ()
-
-
 def register():
     """Give Blender the texts."""
     bpy.app.translations.register(PACKAGE, dictionary())

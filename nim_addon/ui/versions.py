@@ -64,11 +64,3 @@ HANDLERS = (
     if hasattr(bpy.app.handlers, "blend_import_post")
     else ("depsgraph_update_post", update_if_more),
 )
-
-
-def register():
-    """Nothing more than the classes and handlers."""
-
-
-def unregister():
-    """Nothing."""

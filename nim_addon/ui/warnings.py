@@ -172,10 +172,6 @@ HANDLERS = (
 )
 
 
-def register():
-    """Nothing more than the classes and handlers."""
-
-
 def unregister():
     """Forget what was found, and what waits to be looked at."""
     deferred.stop()

@@ -66,7 +66,7 @@ def shown_by_blender():
                 for one in item.enum_items:
                     add(f"{where}.{item.identifier}", one.name, one.description)
 
-    for cls in (cls for module in ui.MODULES for cls in module.CLASSES):
+    for cls in (cls for module in ui.MODULES for cls in getattr(module, "CLASSES", ())):
         owner = cls
         if issubclass(cls, bpy.types.Operator):
             owner = getattr(bpy.ops.nim, cls.bl_idname.removeprefix("nim.")).get_rna_type()

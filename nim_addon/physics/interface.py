@@ -28,7 +28,8 @@ def _cos_t(n_i, n_t, cos_i):
     Written so that it is cos(theta_i) to the last bit where |n_i| = |n_t|, which 1 - sin^2 is not near grazing.
     """
     q = n_i / n_t
-    return np.sqrt(np.maximum((1 - q) * (1 + q) + np.square(q * cos_i), 0))
+    cos2_t = (1 - q * q) + q * q * cos_i * cos_i
+    return np.sqrt(np.maximum(cos2_t, 0))
 
 
 def _cosine(cos_i):
@@ -93,12 +94,12 @@ class Interface:
         Returns Fresnel(R_s, R_p, R, T) of the same shape; R = 1 in total reflection and at grazing incidence.
         """
         cos_i = _cosine(cos_i)
-        z_i, z_t = self.outside.impedance, self.inside.impedance
+        Z_i, Z_t = self.outside.impedance, self.inside.impedance
         cos_t = _cos_t(self.outside.n, self.inside.n, cos_i)
         total = cos_t == 0
         with np.errstate(invalid="ignore", divide="ignore"):
-            r_s = (z_t * cos_i - z_i * cos_t) / (z_t * cos_i + z_i * cos_t)
-            r_p = (z_i * cos_i - z_t * cos_t) / (z_i * cos_i + z_t * cos_t)
+            r_s = (Z_t * cos_i - Z_i * cos_t) / (Z_t * cos_i + Z_i * cos_t)
+            r_p = (Z_i * cos_i - Z_t * cos_t) / (Z_i * cos_i + Z_t * cos_t)
         R_s = np.where(total, 1.0, np.square(r_s))
         R_p = np.where(total, 1.0, np.square(r_p))
         R = (R_s + R_p) / 2
@@ -128,11 +129,11 @@ class Interface:
         """
         if polarization not in ("p", "s"):
             raise ValueError(f"polarization {polarization!r} is neither 'p' nor 's'.")
-        z_i, z_t = self.outside.impedance, self.inside.impedance
+        Z_i, Z_t = self.outside.impedance, self.inside.impedance
         if polarization == "s":
-            z_i, z_t = z_t, z_i
+            Z_i, Z_t = Z_t, Z_i
         q = self.outside.n / self.inside.n
-        above, below = z_i**2 - z_t**2, z_i**2 - (q * z_t) ** 2
+        above, below = Z_i**2 - Z_t**2, Z_i**2 - (q * Z_t) ** 2
         # above = 0: no reflection at normal incidence only, which is not Brewster's effect
         if above == 0 or below == 0 or not 0 < above / below < 1:
             return None

@@ -22,11 +22,11 @@ from nim_addon.physics import MEDIA, Medium
 def test_bodies(addon, press, shape, size, extent):
     bpy.context.scene.cursor.location = (1, 2, 3)
     assert press("nim.add_object", shape=shape, size=size, medium="nim-mu10") == {"FINISHED"}
-    thing = bpy.context.object
-    assert thing.select_get() and bpy.context.selected_objects == [thing]
-    assert tuple(thing.location) == (1, 2, 3) and thing.name == shape.title()
-    assert interface_of(interface_nodes(thing.active_material)[0]).inside.mu == -10
-    mesh = thing.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
+    object_ = bpy.context.object
+    assert object_.select_get() and bpy.context.selected_objects == [object_]
+    assert tuple(object_.location) == (1, 2, 3) and object_.name == shape.title()
+    assert interface_of(interface_nodes(object_.active_material)[0]).inside.mu == -10
+    mesh = object_.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
     (part,) = Solid(mesh).parts
     assert part.closed and part.agreeing and part.volume > 0
     points = np.array([vertex.co for vertex in mesh.vertices])
@@ -34,24 +34,24 @@ def test_bodies(addon, press, shape, size, extent):
     if shape == "sphere":
         assert np.linalg.norm(points, axis=1) == pytest.approx(size / 2, rel=1e-5)
     if shape == "liquid":
-        corners = np.array([normal.vector for normal in thing.data.corner_normals])
+        corners = np.array([normal.vector for normal in object_.data.corner_normals])
         assert np.unique(np.abs(corners[:, 2]).round(4)).tolist() == [0, 1], "flat top and bottom, a round side"
 
 
 def test_undo_takes_the_body_away(addon, press):
     bpy.ops.ed.undo_push(message="before")
-    things = len(bpy.data.objects)
+    count = len(bpy.data.objects)
     press("nim.add_object")
-    assert len(bpy.data.objects) == things + 1
+    assert len(bpy.data.objects) == count + 1
     bpy.ops.ed.undo()
-    assert len(bpy.data.objects) == things
+    assert len(bpy.data.objects) == count
 
 
 def test_an_index_of_zero_adds_nothing(addon, press):
-    things = len(bpy.data.objects), len(bpy.data.meshes), len(bpy.data.materials)
+    count = len(bpy.data.objects), len(bpy.data.meshes), len(bpy.data.materials)
     with pytest.raises(RuntimeError, match="n = 0 refracts nothing"):
         press("nim.add_object", medium="custom", n=0.0)
-    assert (len(bpy.data.objects), len(bpy.data.meshes), len(bpy.data.materials)) == things
+    assert (len(bpy.data.objects), len(bpy.data.meshes), len(bpy.data.materials)) == count
 
 
 def test_a_node_needs_a_shader_tree(addon, press):
@@ -74,7 +74,7 @@ def test_a_node_with_ready_media(addon, press):
         assert press("nim.add_node", medium="nim-4.1") == {"FINISHED"}
         node = tree.nodes.active
         assert interface_of(node).inside.n == pytest.approx(-4.1) and interface_of(node).outside == Medium(1.0)
-        assert tuple(node.location) == (30, 40) and [one for one in tree.nodes if one.select] == [node]
+        assert tuple(node.location) == (30, 40) and [other for other in tree.nodes if other.select] == [node]
         space.path.start(node.node_tree)
         with pytest.raises(RuntimeError, match="cannot be put into its own group"):
             press("nim.add_node")
@@ -94,7 +94,7 @@ def test_menus_come_and_go(addon):
 
     def ours():
         menus = (bpy.types.NODE_MT_add, bpy.types.VIEW3D_MT_mesh_add, bpy.types.VIEW3D_MT_object)
-        return [one for menu in menus for one in menu._dyn_ui_initialize() if one.__module__.startswith("nim_addon")]
+        return [draw for menu in menus for draw in menu._dyn_ui_initialize() if draw.__module__.startswith("nim_addon")]
 
     assert len(ours()) == 3
     addon_utils.disable(addon, default_set=True)

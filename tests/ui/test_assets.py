@@ -26,7 +26,7 @@ def stored(empty_file):
 
 
 def libraries():
-    return [one.name for one in bpy.context.preferences.filepaths.asset_libraries]
+    return [library.name for library in bpy.context.preferences.filepaths.asset_libraries]
 
 
 def test_one_click_adds_the_library_and_one_takes_it_out(addon, press):

@@ -8,26 +8,26 @@ from nim_addon.cycles.material import interface_material, interface_nodes, inter
 from nim_addon.physics import Medium
 
 
-def state(thing):
+def state(object_):
     """All that "Take Back" must restore of an object's materials."""
-    thing = bpy.data.objects[thing]
+    object_ = bpy.data.objects[object_]
     slots = []
-    for slot in thing.material_slots:
+    for slot in object_.material_slots:
         link = slot.link
         slot.link = "OBJECT"
         slots.append((link, slot.material))
         slot.link = link
-    return slots, list(thing.data.materials), [face.material_index for face in thing.data.polygons]
+    return slots, list(object_.data.materials), [face.material_index for face in object_.data.polygons]
 
 
-def is_nim(thing):
-    return all(interface_nodes(slot.material) for slot in thing.material_slots) and len(thing.material_slots) > 0
+def is_nim(object_):
+    return all(interface_nodes(slot.material) for slot in object_.material_slots) and len(object_.material_slots) > 0
 
 
-def select(*things):
-    for thing in bpy.context.view_layer.objects:
-        thing.select_set(thing in things)
-    bpy.context.view_layer.objects.active = things[0] if things else None
+def select(*objects):
+    for object_ in bpy.context.view_layer.objects:
+        object_.select_set(object_ in objects)
+    bpy.context.view_layer.objects.active = objects[0] if objects else None
 
 
 @pytest.fixture
@@ -119,9 +119,9 @@ def said(monkeypatch, addon):
     return texts
 
 
-def wear(thing, material, slot=0, link="DATA"):
-    thing.material_slots[slot].link = link
-    thing.material_slots[slot].material = material
+def wear(object_, material, slot=0, link="DATA"):
+    object_.material_slots[slot].link = link
+    object_.material_slots[slot].material = material
 
 
 @pytest.mark.parametrize("link", ["DATA", "OBJECT"])
@@ -230,7 +230,7 @@ def test_it_survives_saving(cube, press, tmp_path):
     press("nim.revert")
     slots, meshs, faces = state("Cube")
     assert [(link, own and own.name) for link, own in slots] == [("OBJECT", "Own"), ("DATA", None)]
-    assert [one.name for one in meshs] == ["Material", "Second"] and faces[2] == 1
+    assert [material.name for material in meshs] == ["Material", "Second"] and faces[2] == 1
 
 
 def test_poll_says_why_not(addon, press):

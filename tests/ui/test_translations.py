@@ -63,8 +63,8 @@ def shown_by_blender():
         for item in (owner.bl_rna.properties[name] for name in chosen):
             add(f"{where}.{item.identifier}", item.name, item.description)
             if item.type == "ENUM":
-                for one in item.enum_items:
-                    add(f"{where}.{item.identifier}", one.name, one.description)
+                for choice in item.enum_items:
+                    add(f"{where}.{item.identifier}", choice.name, choice.description)
 
     for cls in (cls for module in ui.MODULES for cls in getattr(module, "CLASSES", ())):
         owner = cls
@@ -75,8 +75,8 @@ def shown_by_blender():
             # the label of a preset menu is the preset that was loaded last
             add(cls.__name__, cls.__doc__, "" if hasattr(cls, "preset_subdir") else cls.bl_label)
         # Blender's own classes bring properties of their own, with their translations
-        ours = [one for one in cls.__mro__ if one.__module__.startswith(ui.__package__)]
-        names = {name for one in ours for name in inspect.get_annotations(one)}
+        ours = [base for base in cls.__mro__ if base.__module__.startswith(ui.__package__)]
+        names = {name for base in ours for name in inspect.get_annotations(base)}
         add_properties(cls.__name__, owner, sorted(names))
     for kind in (bpy.types.Scene, bpy.types.Material, bpy.types.Object):
         add_properties(kind.__name__, kind, [name for name in kind.bl_rna.properties.keys() if name.startswith("nim")])  # noqa: SIM118

@@ -5,7 +5,6 @@ import bpy
 import pytest
 
 from nim_addon import checks
-from nim_addon.checks import mesh_checks
 from nim_addon.cycles import settings
 from nim_addon.cycles.material import interface_material, interface_nodes, osl_available
 from nim_addon.cycles.problem import MODIFIED
@@ -130,7 +129,7 @@ def test_each_problem_is_found_and_mended(scene, press, code, spoil):
     bpy.context.view_layer.update()
     (problem,) = checks.problems(scene)
     assert problem.code == code and problem.remedy and problem.sentence.endswith(".") and "{" not in problem.sentence
-    assert [one.code for one in warnings.found(scene)] == [code], "the panel sees the same"
+    assert [problem.code for problem in warnings.found(scene)] == [code], "the panel sees the same"
     assert press("nim.mend", code=code) == {"FINISHED"}
     assert codes(scene) == [] and warnings.found(scene) == []
     assert press("nim.mend", code="") == {"CANCELLED"}
@@ -286,8 +285,10 @@ def test_modifiers_count(scene):
 
 
 def flipped_by_solidify(scene):
-    with mesh_checks._Edited(cube().data) as shape:
-        mesh_checks.bmesh.ops.delete(shape, geom=list(shape.faces)[1:], context="FACES")
+    mesh = cube().data
+    corners = [tuple(mesh.vertices[index].co) for index in mesh.polygons[0].vertices]
+    mesh.clear_geometry()
+    mesh.from_pydata(corners, [], [range(4)])
     cube().modifiers.new("Thick", "SOLIDIFY").use_flip_normals = True
 
 
@@ -367,7 +368,7 @@ def test_handlers_are_taken_away(addon):
 
     def ours():
         lists = [getattr(bpy.app.handlers, name) for name in ("depsgraph_update_post", "undo_post", "redo_post")]
-        return [one for those in lists for one in those if one.__module__.endswith("ui.warnings")]
+        return [handler for handlers in lists for handler in handlers if handler.__module__.endswith("ui.warnings")]
 
     assert len(ours()) == 3
     addon_utils.disable(addon, default_set=True)

@@ -1,11 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Node trees of materials, worlds and lamps, built in a few words."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
 import bpy
 
+Owner = bpy.types.Material | bpy.types.World | bpy.types.Light
 
-def uses_nodes(owner):
-    """Whether a render asks the node tree of a bpy.types.Material, World or Light.
+
+def uses_nodes(owner: Owner) -> bool:
+    """Whether a render asks the node tree of a material, world or lamp.
 
     Where it always does, from Blender 5.0 on and for lamps from 5.1 on, it is not asked: that is deprecated.
     """
@@ -15,8 +22,8 @@ def uses_nodes(owner):
     return switch is None or getattr(switch, "is_deprecated", False) or owner.use_nodes
 
 
-def empty_tree(owner):
-    """The node tree of a bpy.types.Material, World or Light, made where it has none, with no node in it, and in use."""
+def empty_tree(owner: Owner) -> bpy.types.NodeTree:
+    """The node tree of a material, world or lamp, made where it has none, with no node in it, and in use."""
     if not uses_nodes(owner):
         owner.use_nodes = True
     owner.node_tree.nodes.clear()
@@ -29,12 +36,13 @@ class Nodes:
     Where an input is asked for, a bpy.types.NodeSocket is linked to it and anything else becomes its value.
     """
 
-    def __init__(self, tree):
-        self.tree, self.added = tree, []
+    def __init__(self, tree: bpy.types.NodeTree):
+        self.tree = tree
+        self.added: list[bpy.types.Node] = []
 
-    def add(self, kind, *, inputs=None, **properties):
-        """A node of type `kind`; `inputs` maps a socket's name, identifier or index to what it gets."""
-        node = self.tree.nodes.new(kind)
+    def add(self, type_: str, *, inputs: Mapping[str | int, Any] | None = None, **properties: Any) -> bpy.types.Node:
+        """A node of that type; `inputs` maps a socket's name, identifier or index to what it gets."""
+        node = self.tree.nodes.new(type_)
         node.location = (len(self.added) * 220, 0)
         self.added.append(node)
         for key, value in properties.items():
@@ -43,7 +51,7 @@ class Nodes:
             self.feed(_socket(node, key), value)
         return node
 
-    def feed(self, socket, value):
+    def feed(self, socket: bpy.types.NodeSocket, value: Any) -> None:
         """Link `socket`, an input of a node, to the output `value`, or give it that value."""
         if isinstance(value, bpy.types.NodeSocket):
             self.tree.links.new(value, socket)
@@ -52,27 +60,27 @@ class Nodes:
         else:
             socket.default_value = value
 
-    def math(self, operation, a, b=0.0, c=0.0):
+    def math(self, operation: str, a: Any, b: Any = 0.0, c: Any = 0.0) -> bpy.types.NodeSocket:
         """The output of a Math node of numbers."""
         return self.add("ShaderNodeMath", operation=operation, inputs={0: a, 1: b, 2: c}).outputs[0]
 
-    def vector(self, operation, *vectors):
+    def vector(self, operation: str, *vectors: Any) -> bpy.types.NodeSocket:
         """The output of a Vector Math node of vectors or colours whose result is a vector."""
         return self.add("ShaderNodeVectorMath", operation=operation, inputs=dict(enumerate(vectors))).outputs[0]
 
-    def scale(self, vector, factor):
+    def scale(self, vector: Any, factor: Any) -> bpy.types.NodeSocket:
         """The output of a Vector Math node: factor times a vector or colour."""
         return self.add("ShaderNodeVectorMath", operation="SCALE", inputs={0: vector, "Scale": factor}).outputs[0]
 
-    def mix(self, factor, a, b):
+    def mix(self, factor: Any, a: Any, b: Any) -> bpy.types.NodeSocket:
         """The colour (1 - factor) a + factor b."""
         inputs = {"Factor_Float": factor, "A_Color": a, "B_Color": b}
         node = self.add("ShaderNodeMix", data_type="RGBA", inputs=inputs)
         return next(socket for socket in node.outputs if socket.identifier == "Result_Color")
 
-    def end(self, shader, kind="Material"):
-        """Let a node with one output be the whole shader of a Material, or of what else `kind` names: World, Light."""
-        self.add(f"ShaderNodeOutput{kind}", inputs={"Surface": shader.outputs[0]})
+    def end(self, shader: bpy.types.Node, owner: str = "Material") -> None:
+        """Let a node with one output be the whole shader of a "Material", a "World" or a "Light"."""
+        self.add(f"ShaderNodeOutput{owner}", inputs={"Surface": shader.outputs[0]})
 
 
 def _socket(node, key):

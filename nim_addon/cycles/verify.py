@@ -6,8 +6,11 @@ strips; rays stay in the plane of incidence, so the strips do not mix. Above is 
 that glows with the x where it was hit. Each path ends in one of them: red is R, the floor's mean is the landing point.
 """
 
+from __future__ import annotations
+
 import contextlib
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 
 import bpy
@@ -45,6 +48,8 @@ LANDING_TOLERANCE = 1e-3  # of the depth
 FURNACE_TOLERANCE = 1e-3
 SIGMAS = 4.0
 CHAIN = 40
+# of bpy.data, in which the rig makes something
+COLLECTIONS = ("objects", "meshes", "materials", "worlds", "cameras", "node_groups", "texts", "scenes")
 
 
 @dataclass(frozen=True)
@@ -63,7 +68,7 @@ class Check:
     z: float | None
     passed: bool
 
-    def row(self):
+    def row(self) -> str:
         """One line of the printed table."""
         z = "" if self.z is None else f"{self.z:+7.2f}"
         verdict = "" if self.passed else "  FAIL"
@@ -77,8 +82,10 @@ class Check:
 HEADER = f"{'what':8} {'media':30} {'from':8} {'angle':>5} {'equation':>12} {'measured':>12} {'std error':>10} {'z':>7}"
 
 
-def verify(progress=None, backend="auto", short=False):
-    """Measure R and landing points, a chain of interfaces and white furnaces in Cycles; returns a list of Check.
+def verify(
+    progress: Callable[[int, int], object] | None = None, backend: str = "auto", short: bool = False
+) -> list[Check]:
+    """Measure R and landing points, a chain of interfaces and white furnaces in Cycles.
 
     progress: called with (renders done, renders in all)
     backend:  which form of the material to measure, as for material.interface_material
@@ -87,7 +94,7 @@ def verify(progress=None, backend="auto", short=False):
     """
     backend = resolve(backend)
     checks = []
-    steps = [(_measure_angle, angle) for angle in (SHORT if short else ANGLES)]
+    steps = [(measure_angle, angle) for angle in (SHORT if short else ANGLES)]
     if not short:
         steps += [(_measure_chain, 30.0), (_measure_furnace, None)]
     for done, (measure, argument) in enumerate(steps):
@@ -99,7 +106,7 @@ def verify(progress=None, backend="auto", short=False):
     return checks
 
 
-def summary(checks, backend):
+def summary(checks: Sequence[Check], backend: str) -> dict:
     """A JSON-ready dict: verdict, version, backend and all checks."""
     return {
         "backend": resolve(backend),
@@ -115,7 +122,7 @@ def summary(checks, backend):
 @contextlib.contextmanager
 def _rig(backend):
     """An empty scene set up for measuring, and a list for the data made for it: all is taken away at the end."""
-    before = {kind: set(getattr(bpy.data, kind)) for kind in _KINDS}
+    before = {name: set(getattr(bpy.data, name)) for name in COLLECTIONS}
     scene = bpy.data.scenes.new("NIM goniometer")
     settings.lossless(scene, backend)
     scene.cycles.samples = SAMPLES
@@ -124,11 +131,8 @@ def _rig(backend):
     try:
         yield scene
     finally:
-        new = [data for kind in _KINDS for data in set(getattr(bpy.data, kind)) - before[kind]]
+        new = [data for name in COLLECTIONS for data in set(getattr(bpy.data, name)) - before[name]]
         bpy.data.batch_remove([data for data in new if data.name != "Render Result"])
-
-
-_KINDS = ("objects", "meshes", "materials", "worlds", "cameras", "node_groups", "texts", "scenes")
 
 
 def _world(scene, color):
@@ -214,7 +218,8 @@ def _within(what, labels, angle, equation, measured, tolerance):
     )
 
 
-def _measure_angle(angle, backend):
+def measure_angle(angle: float, backend: str) -> list[Check]:
+    """R and landing points of all PAIRS from both sides, for a beam at an angle in degrees; backend: "osl" or "nodes"."""
     views = [(interface, flipped) for interface in PAIRS for flipped in (False, True)]
     with _rig(backend) as scene:
         _world(scene, (1, 0, 0))

@@ -71,5 +71,5 @@ def test_a_wrong_closure_fails(monkeypatch, right, wrong, caught):
     source = INTERFACE.source()
     assert right in source
     monkeypatch.setattr(script, "source", lambda shader: source.replace(right, wrong))
-    checks = verify._measure_angle(60.0, "osl")
+    checks = verify.measure_angle(60.0, "osl")
     assert caught in {check.what for check in checks if not check.passed}

@@ -10,7 +10,7 @@ and what needs it, only as it runs.
 from __future__ import annotations
 
 import signal
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from ..base import signals, streams
 from ..base.version import VERSION
@@ -24,9 +24,18 @@ COMMANDS = (render, compare, figures, rays, scenes, fresnel, verify, doctor, inf
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command with `argv` (words, default those of the process); returns the exit code."""
-    try:
+
+    def run():
         arguments = parser().parse_args(argv)
-        return arguments.run(arguments) or 0
+        return arguments.run(arguments)
+
+    return answer(run)
+
+
+def answer(run: Callable[[], int | None]) -> int:
+    """Call what a process is for, and say on standard error why it could not be done; returns the exit code."""
+    try:
+        return run() or 0
     except UsageError as error:
         return complain(error, USAGE)
     except (Failure, OSError, RuntimeError) as error:
@@ -37,10 +46,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         return complain("stopped.", 128 + signal.SIGINT)
 
 
-def script() -> None:
+def script(run: Callable[[], int] = main) -> None:
     """What __main__ runs: main(), then an exit without Blender's noise about memory that it still holds."""
     try:
-        code = main()
+        code = run()
     except SystemExit as stop:  # of --help and --version
         code = int(stop.code or 0)
     if lost := streams.close():

@@ -7,11 +7,15 @@ import argparse
 import dataclasses
 import os
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from . import blender, words
 from .render import add_options, carry_out, refused, with_options
 from .report import Output
 from .words import UsageError
+
+if TYPE_CHECKING:
+    from ..renders.request import Request
 
 
 def add_to(commands: argparse._SubParsersAction) -> None:
@@ -39,7 +43,6 @@ def run(arguments: argparse.Namespace) -> None:
     """Render the images and join them."""
     blender.load()
     from ..base.files import check_targets
-    from ..renders.montage import montage
     from ..renders.request import Request
     from ..scenes import SCENES, scene_type
     from ..scenes.parameters import file_name, in_any_case
@@ -61,14 +64,26 @@ def run(arguments: argparse.Namespace) -> None:
         raise UsageError("--vary names the same value twice; each image needs one of its own.")
     joined = arguments.name or f"{stem}_compare"
     check_targets(Path(os.path.expanduser(arguments.out), f"{joined}{suffix}") for suffix in (".exr", ".png"))
+    settings = {"set": arguments.assignments} if arguments.assignments else {}
+    compared = {**settings, "compares": [" ".join(assignments) for assignments, _ in variants]}
+    requests = dict(zip(names, (request for _, request in variants), strict=True))
     with Output(arguments, len(variants)) as output:
-        images = []
-        for (_, request), name in zip(variants, names, strict=True):
-            made = carry_out(request, arguments.out, name, output)
-            images.append((made.exr, made.png))
-            output.written(images[-1])
-        common = {key: value for key, value in made.record.items() if key != "parameters"}
-        compared = {"compares": [" ".join(assignments) for assignments, _ in variants], "images": names}
-        settings = {"set": arguments.assignments} if arguments.assignments else {}
-        joint = montage(arguments.out, joined, images, {**common, **settings, **compared})
-        output.end(joint, made.record["size"], made.record["samples"])
+        render_side_by_side(requests, arguments.out, joined, compared, output)
+
+
+def render_side_by_side(requests: dict[str, Request], folder: str, joined: str, compared: dict, output: Output) -> None:
+    """Render requests, by the names of their images, and all of them side by side.
+
+    joined:   name of the comparison
+    compared: what its record says that is not in those of the images: "compares", what each of them shows, and "set"
+    """
+    from ..renders.montage import montage
+
+    images = []
+    for name, request in requests.items():
+        made = carry_out(request, folder, name, output)
+        images.append((made.exr, made.png))
+        output.written(images[-1])
+    common = {key: value for key, value in made.record.items() if key != "parameters"}
+    joint = montage(folder, joined, images, {**common, **compared, "images": list(requests)})
+    output.end(joint, made.record["size"], made.record["samples"])

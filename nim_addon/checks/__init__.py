@@ -1,6 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What in a scene would spoil an interface's picture, in a sentence each, and the mending of it."""
 
+from __future__ import annotations
+
+from collections.abc import Iterable
+
 import bpy
 
 from ..cycles import settings, visibility
@@ -9,7 +13,7 @@ from ..cycles.closures.backends import device_runs_osl, osl_available
 from ..cycles.material import asked_interfaces
 from ..cycles.problem import Problem
 from . import mesh_checks, ray_checks, value_checks
-from .sight import look
+from .sight import Sight, look
 
 ENGINES = {
     "CYCLES": "Cycles",
@@ -17,6 +21,7 @@ ENGINES = {
     "BLENDER_EEVEE": "EEVEE",
     "BLENDER_WORKBENCH": "Workbench",
 }
+ROUNDS = 4  # of mending all
 
 
 def engine_name(scene: bpy.types.Scene) -> str:
@@ -24,22 +29,13 @@ def engine_name(scene: bpy.types.Scene) -> str:
     return ENGINES.get(scene.render.engine, scene.render.engine)
 
 
-ROUNDS = 4  # of mending all
-
-
-def backends(materials):
+def backends(materials: Iterable[bpy.types.Material]) -> dict[str, tuple[str, ...]]:
     """Names of the interface materials by the backend of their nodes: {"osl": names, "nodes": names}."""
     names = {}
     for material in materials:
-        for kind in {INTERFACE.backend_of(one.node.node_tree) for one in asked_interfaces(material)}:
-            names.setdefault(kind, []).append(material.name)
-    return {kind: tuple(sorted(those)) for kind, those in names.items()}
-
-
-def interfaces(scene: bpy.types.Scene) -> list[bpy.types.Material]:
-    """The interface materials that a render of a scene shows."""
-    with visibility.as_rendered(scene) as depsgraph:
-        return list(look(scene, depsgraph).worn)
+        for backend in {INTERFACE.backend_of(node.node_tree) for node, _ in asked_interfaces(material)}:
+            names.setdefault(backend, []).append(material.name)
+    return {backend: tuple(sorted(names[backend])) for backend in names}
 
 
 def problems(scene: bpy.types.Scene, limit: int | None = None) -> list[Problem]:
@@ -52,7 +48,7 @@ def problems(scene: bpy.types.Scene, limit: int | None = None) -> list[Problem]:
         return (setting_problems(scene, backends(sight.worn)) if sight.worn else []) + found_in(sight)
 
 
-def found_in(sight):
+def found_in(sight: Sight) -> list[Problem]:
     """The Problems that all of CHECKS find in a sight.Sight."""
     if getattr(sight.scene, "cycles", None) is None:
         return []
@@ -62,7 +58,7 @@ def found_in(sight):
     return [problem for check in CHECKS for problem in check(sight)] + beside
 
 
-def setting_problems(scene, backends):
+def setting_problems(scene: bpy.types.Scene, backends: dict[str, tuple[str, ...]]) -> list[Problem]:
     """The Problems of render settings; quick. `backends`: as the function of that name gives them."""
     cycles = getattr(scene, "cycles", None)
     if cycles is None:
@@ -92,16 +88,16 @@ def setting_problems(scene, backends):
     return found + settings.losses(scene)
 
 
-def mend(scene, code=None):
-    """Mend what is wrong with a bpy.types.Scene: the problems of that code, or all. Returns those that were mended."""
+def mend(scene: bpy.types.Scene, code: str | None = None) -> list[Problem]:
+    """Mend what is wrong with a scene: the problems of that code, or all. Returns those that were mended."""
     mended = []
     # what is mended may show what is wrong behind it: a body that has holes has no outer side yet
     for _ in range(ROUNDS):
-        those = [problem for problem in problems(scene) if problem.remedy and code in (None, problem.code)]
-        for problem in those:
+        mendable = [problem for problem in problems(scene) if problem.remedy and code in (None, problem.code)]
+        for problem in mendable:
             MENDS[problem.code](scene, problem)
-        mended += [problem for problem in those if problem not in mended]
-        if not those:
+        mended += [problem for problem in mendable if problem not in mended]
+        if not mendable:
             break
     return mended
 

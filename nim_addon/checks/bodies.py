@@ -1,16 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What rays can meet in a scene: each thing that a render shows, with the media that its interfaces name."""
+"""What rays can meet in a scene: each mesh that a render shows, with the media that its interfaces name."""
+
+from __future__ import annotations
 
 from functools import cached_property
 from typing import NamedTuple
 
-import bpy  # noqa: F401
+import bpy
 import numpy as np
+from numpy.typing import NDArray
 
 from ..cycles import meshes
 from ..cycles.material import asked_interfaces, interface_of
 from ..cycles.meshes import bounds
-from ..cycles.visibility import asked, has_nodes
+from ..cycles.visibility import Shown, asked, has_nodes
+from ..physics import Medium
 from .solids import Solid
 
 FRONT, BACK = "outside", "inside"  # the two sides of a face, by the names of the media there
@@ -29,16 +33,16 @@ class Patch(NamedTuple):
 class Body:
     """A visibility.Shown that rays can meet.
 
-    one, solid: the Shown, and the Solid of its mesh
-    media:      {material index: {FRONT: Medium, BACK: Medium}, where they are known, or None} of interfaces
-    open:       the material indices that rays pass: of volumes without a surface
+    shown, solid: the Shown, and the Solid of its mesh
+    media:        {material index: {FRONT: Medium, BACK: Medium}, where they are known, or None} of interfaces
+    open:         the material indices that rays pass: of volumes without a surface
     """
 
-    def __init__(self, one, solid: Solid):
-        self.one, self.solid = one, solid
-        self.matrix = np.array(one.matrix.copy(), float)
+    def __init__(self, shown: Shown, solid: Solid):
+        self.shown, self.solid = shown, solid
+        self.matrix = np.array(shown.matrix.copy(), float)
         self.media, self.open = {}, set()
-        for slot, material in enumerate(one.materials):
+        for slot, material in enumerate(shown.materials):
             nodes = asked_interfaces(material)
             if nodes:
                 between = interface_of(*nodes[0]) if len(nodes) == 1 else None
@@ -54,54 +58,59 @@ class Body:
         self.flat = not (volume > 1e-30 and np.isfinite(volume) and max(self.size, solid.size) < 1e15)
 
     @property
-    def name(self):
-        """Of the object in the file."""
-        return self.one.original.name
+    def object(self) -> bpy.types.Object:
+        """Of the file: the one that is shown, or of which it is an instance."""
+        return self.shown.original
 
     @property
-    def worn(self):
+    def name(self) -> str:
+        """Of that object."""
+        return self.object.name
+
+    @property
+    def worn(self) -> tuple[str, ...]:
         """Names of its interface materials, sorted."""
-        return tuple(sorted({self.one.materials[slot].name for slot in self.media}))
+        return tuple(sorted({self.shown.materials[slot].name for slot in self.media}))
 
     @cached_property
-    def inverse(self):
+    def inverse(self) -> NDArray:
         """World to the mesh's own coordinates, (4, 4)."""
-        return np.array(self.one.matrix.inverted_safe(), float)
+        return np.array(self.shown.matrix.inverted_safe(), float)
 
-    def world(self, points):
+    def world(self, points: NDArray) -> NDArray:
         """Points (..., 3) of the mesh in the world."""
         return meshes.moved(points, self.matrix)
 
-    def local(self, point):
+    def local(self, point: NDArray) -> NDArray:
         """A point (3,) of the world in the mesh's own coordinates."""
         return self.inverse[:3, :3] @ point + self.inverse[:3, 3]
 
-    def has(self, place, normal, reach):
+    def has(self, place: NDArray, normal: NDArray, reach: float) -> bool:
         """Whether a face passes, along that normal or against it, a point of the world as near as `reach`."""
         met, _, face, _ = (None,) * 4 if self.heavy else self.solid.tree.find_nearest(self.local(place).tolist())
         if met is None or np.linalg.norm(self.world(np.array(met)) - place) > reach:
             return False
         other = self.solid.area[face] @ self.inverse[:3, :3]
-        return abs(other @ normal) > 0.9999 * np.linalg.norm(other)
+        return bool(abs(other @ normal) > 0.9999 * np.linalg.norm(other))
 
-    def slot(self, face):
+    def slot(self, face: int) -> int:
         """The material index that counts for a face."""
-        return min(max(int(self.solid.material[face]), 0), len(self.one.materials) - 1)
+        return min(max(int(self.solid.material[face]), 0), len(self.shown.materials) - 1)
 
-    def slots(self):
+    def slots(self) -> NDArray:
         """(F,) of them."""
-        return np.clip(self.solid.material, 0, len(self.one.materials) - 1)
+        return np.clip(self.solid.material, 0, len(self.shown.materials) - 1)
 
-    def patch(self, index, face):
+    def patch(self, index: int, face: int) -> Patch:
         """The Patch that a face is of; `index`: this body's."""
         return Patch(index, int(self.solid.part[face]), self.slot(face))
 
-    def medium(self, patch, side):
+    def medium(self, patch: Patch, side: str) -> Medium | None:
         """The Medium on that side of a Patch; None where it is no interface or not known."""
         known = self.media.get(patch.slot)
         return known[side] if known else None
 
-    def cast(self, origin, direction):
+    def cast(self, origin: NDArray, direction: NDArray) -> tuple[float, int, str] | None:
         """(distance, face, side) of the first face that a ray in the world meets, or None; volumes alone it passes.
 
         origin, direction: (3,), the latter unit

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Whether the media that interfaces name agree wherever two of them border on the same room."""
 
+from __future__ import annotations
+
 from collections import Counter
 from functools import cached_property
 from typing import NamedTuple
@@ -9,6 +11,7 @@ import numpy as np
 
 from ..physics import Medium
 from .bodies import BACK, FRONT, Patch
+from .solids import Part
 from .surroundings import Surroundings, same
 
 MANY = 48  # points of a patch that must lie in another before it is said that all of it does
@@ -18,16 +21,16 @@ OTHER = {FRONT: BACK, BACK: FRONT}
 class Misfit(NamedTuple):
     """A Patch whose medium on one side is not that of what borders on the same room.
 
-    kind:    "lies", wholly within what `partner` has inside; "partly", partly so; "overlaps", both closed and partly so;
-             "faces", outside as it is; "joins", the insides of both are one room; the last three name each pair once
-    patch:   the one that is wrong, if one is
-    partner: the Patch that says otherwise
-    own:     the Medium that the patch names
-    medium:  the Medium that the partner names
-    sure:    whether it is the patch that is wrong
+    relation: "lies", wholly within what `partner` has inside; "partly", partly so; "overlaps", both closed and partly
+              so; "faces", outside as it is; "joins", the insides of both are one room; the last three name each pair once
+    patch:    the one that is wrong, if one is
+    partner:  the Patch that says otherwise
+    own:      the Medium that the patch names
+    medium:   the Medium that the partner names
+    sure:     whether it is the patch that is wrong
     """
 
-    kind: str
+    relation: str
     patch: Patch
     partner: Patch
     own: Medium
@@ -46,12 +49,12 @@ class Borders:
         for patch in self.patches:
             self._by_part.setdefault((patch.body, patch.part), []).append(patch)
 
-    def part(self, key):
+    def part(self, key: tuple[int, int]) -> Part:
         """The solids.Part of a (body, part)."""
         return self.around.bodies[key[0]].solid.parts[key[1]]
 
     @cached_property
-    def inverted(self) -> set:
+    def inverted(self) -> set[tuple[int, int]]:
         """The (body, part) that are closed and the wrong way round.
 
         That a part's faces point inwards is no fault by itself: the inner surface of a shell may be made so, with the
@@ -66,7 +69,7 @@ class Borders:
         }
         found = set()
         for key in sorted(closed, key=lambda key: (len(holders[key]), key)):
-            holder = max(holders[key], key=lambda one: len(holders[one]), default=None)
+            holder = max(holders[key], key=lambda other: len(holders[other]), default=None)
             kept, turned, unknown = (0, 0, 0) if lone else self._votes(key, out[key], closed - {holder}, found)
             inwards = out[key] == BACK and not unknown
             if turned > kept or (inwards and not kept):
@@ -121,12 +124,12 @@ class Borders:
             elif not any(backs for backs, _, _ in votes):
                 partner = self._against(own, [fronts for _, fronts, _ in votes], 1)
                 if partner:
-                    facing[patch] = Misfit("faces", patch, *partner[:1], own, partner[1], True)
-        for patch, one in facing.items():
-            mutual = one.partner in facing
-            if not mutual or patch < one.partner or facing[one.partner].partner != patch:
-                found.append(one._replace(sure=self._is_backed(one.partner, one.medium)))
-        return found + self._joined({(one.patch[:2], one.partner[:2]) for one in found})
+                    facing[patch] = Misfit("faces", patch, partner[0], own, partner[1], True)
+        for patch, misfit in facing.items():
+            mutual = misfit.partner in facing
+            if not mutual or patch < misfit.partner or facing[misfit.partner].partner != patch:
+                found.append(misfit._replace(sure=self._is_backed(misfit.partner, misfit.medium)))
+        return found + self._joined({(misfit.patch[:2], misfit.partner[:2]) for misfit in found})
 
     def _is_settled(self, patch):
         return self.part(patch[:2]).agreeing and patch[:2] not in self.inverted
@@ -181,8 +184,8 @@ class Borders:
             )
         partly = fits or lost
         solid = self.part(patch[:2]).closed and self.part(partner[:2]).closed
-        kind = ("overlaps" if solid else "partly") if partly else "lies"
-        return Misfit(kind, patch, partner, own, medium, not partly)
+        relation = ("overlaps" if solid else "partly") if partly else "lies"
+        return Misfit(relation, patch, partner, own, medium, not partly)
 
     def _is_within(self, patch, partner):
         starts, _ = self.around.starts(patch, FRONT)
@@ -203,7 +206,7 @@ class Borders:
 
     def _against(self, own, votes, least=2):
         """The (Patch, Medium) that most of the points see where all that see anything see what is not `own`; or None."""
-        seen = [one for one in votes if one]
+        seen = [counts for counts in votes if counts]
         wrong = sum(seen, Counter())
         if not seen or (len(seen) < least and len(votes) >= least) or any(same(own, medium) for _, medium in wrong):
             return None

@@ -9,7 +9,7 @@ from .bodies import BACK, FRONT
 from .borders import Borders, Misfit
 from .surroundings import same
 
-# By Misfit.kind: what is said of one thing, and of several; {medium} is what `other` says, {own} what the thing says.
+# By Misfit.relation: what is said of one object, and of several; {medium} is what `other` says, {own} what they say.
 SENTENCES = {
     "lies": (
         "{name} lies in {medium} ({other}), but its outside is {own}.",
@@ -39,22 +39,24 @@ SOCKETS = {FRONT: "Outside", BACK: "Inside"}
 def find(borders: Borders) -> list[Problem]:
     """The Problems of media that do not fit to what is around them."""
     groups = {}
-    for one in borders.misfits:
-        material = _material(borders, one.patch)
-        label = _names(borders, one)[1]
-        groups.setdefault((material, one.kind, one.sure, label, _said(one.own), _said(one.medium)), []).append(one)
-    return [_problem(borders, *those) for those in groups.items()]
+    for misfit in borders.misfits:
+        material = _material(borders, misfit.patch)
+        label = _names(borders, misfit)[1]
+        groups.setdefault(
+            (material, misfit.relation, misfit.sure, label, _said(misfit.own), _said(misfit.medium)), []
+        ).append(misfit)
+    return [_problem(borders, key, misfits) for key, misfits in groups.items()]
 
 
 def _problem(borders, key, misfits):
-    material, kind, sure, other, own, medium = key
-    side = BACK if kind == "joins" else FRONT
-    names = list(dict.fromkeys(_names(borders, one)[0] for one in misfits))
-    things = tuple(dict.fromkeys(_thing(borders, one.patch).name for one in misfits))
+    material, relation, sure, other, own, medium = key
+    side = BACK if relation == "joins" else FRONT
+    names = list(dict.fromkeys(_names(borders, misfit)[0] for misfit in misfits))
+    objects = tuple(dict.fromkeys(_object(borders, misfit.patch).name for misfit in misfits))
     values = {"name": names[0], "more": len(names) - 1, "other": other, "own": own, "medium": medium}
-    texts = (SENTENCES[kind][len(names) > 1],)
-    if kind == "overlaps" and misfits[0].patch.body == misfits[0].partner.body:
-        values["name"] = things[0]
+    texts = (SENTENCES[relation][len(names) > 1],)
+    if relation == "overlaps" and misfits[0].patch.body == misfits[0].partner.body:
+        values["name"] = objects[0]
         texts = ("Parts of {name} overlap: where they do, there are two media in one place.",)
     if material.library:
         texts += (LINKED,)
@@ -63,7 +65,7 @@ def _problem(borders, key, misfits):
     partner = _material(borders, misfits[0].partner)
     materials = tuple(sorted({material.name, partner.name}))
     values["material"] = material.name
-    return Problem("outside", texts, values, REMEDIES[side] if how else None, things, materials)
+    return Problem("outside", texts, values, REMEDIES[side] if how else None, objects, materials)
 
 
 def _how(borders, material, misfits, side):
@@ -72,14 +74,14 @@ def _how(borders, material, misfits, side):
     if node is None:
         return None
     wearing = [patch for patch in borders.patches if _material(borders, patch) is material]
-    wrong = {one.patch for one in misfits}
+    wrong = {misfit.patch for misfit in misfits}
     if set(wearing) <= wrong:
         return "material"
-    things = {_thing(borders, patch) for patch in wrong}
-    if any(patch not in wrong for patch in wearing if _thing(borders, patch) in things):
+    objects = {_object(borders, patch) for patch in wrong}
+    if any(patch not in wrong for patch in wearing if _object(borders, patch) in objects):
         return None  # one object needs it both ways
-    kept = any(thing.library or thing.override_library for thing in things)
-    worn = all(material in [slot.material for slot in thing.material_slots] for thing in things)
+    kept = any(obj.library or obj.override_library for obj in objects)
+    worn = all(material in [slot.material for slot in obj.material_slots] for obj in objects)
     return "copy" if worn and not kept else None
 
 
@@ -90,7 +92,7 @@ def _settable(material, side):
     if material.library or len(nodes) != 1 or nodes[0].path or material.node_tree.animation_data:
         return None
     inputs = nodes[0].node.inputs
-    free = not any(inputs[f"{kind} {SOCKETS[side]}"].is_linked for kind in ("Index", "Permeability"))
+    free = not any(inputs[f"{quantity} {SOCKETS[side]}"].is_linked for quantity in ("Index", "Permeability"))
     return nodes[0].node if free else None
 
 
@@ -99,30 +101,32 @@ def _set_medium(scene, problem):
     material = bpy.data.materials[values["material"], None]
     if values["copies"]:
         former, material = material, material.copy()
-        for name in problem.things:
+        for name in problem.objects:
             for slot in bpy.data.objects[name, None].material_slots:
                 if slot.material == former:
                     slot.link = "OBJECT"
                     slot.material = material
     node = _settable(material, values["side"])
     if node:
-        for kind, key in (("Index", "n"), ("Permeability", "mu")):
-            node.inputs[f"{kind} {SOCKETS[values['side']]}"].default_value = values[key]
+        for quantity, key in (("Index", "n"), ("Permeability", "mu")):
+            node.inputs[f"{quantity} {SOCKETS[values['side']]}"].default_value = values[key]
 
 
 def _material(borders, patch):
-    return borders.around.bodies[patch.body].one.materials[patch.slot]
+    return borders.around.bodies[patch.body].shown.materials[patch.slot]
 
 
-def _thing(borders, patch):
-    return borders.around.bodies[patch.body].one.original
+def _object(borders, patch):
+    return borders.around.bodies[patch.body].object
 
 
 def _names(borders, misfit: Misfit):
     """What the two of a Misfit are called: by their objects, or within one object by their materials."""
     pair = (misfit.patch, misfit.partner)
-    things = [_thing(borders, patch) for patch in pair]
-    return [one.name for one in (things if things[0] != things[1] else [_material(borders, patch) for patch in pair])]
+    objects = [_object(borders, patch) for patch in pair]
+    if objects[0] == objects[1]:
+        return [_material(borders, patch).name for patch in pair]
+    return [obj.name for obj in objects]
 
 
 def _said(medium):

@@ -1,6 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What is wrong with the meshes that wear an interface: holes, normals, faces twice; and the mending of it."""
 
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 import bpy
 
 # the wheel has bmesh only once bpy is imported
@@ -44,7 +49,7 @@ def _normals(sight, borders):
     found = []
     turns = _turns(sight, borders)
     for body, wrong, ill in _turned(borders):
-        mask = turns[body.one.original]
+        mask = turns[body.object]
         parts = body.solid.parts
         if ill:
             text = "The normals of {name} do not agree, so that inside and outside are exchanged here and there."
@@ -55,19 +60,19 @@ def _normals(sight, borders):
         else:
             text = "{name} lies in the medium that it has inside itself: its normals should point inwards."
         inwards = not ill and len(wrong) == len(parts) and parts[wrong[0]].volume > 0
-        one = about(
-            body.one.original,
+        problem = about(
+            body.object,
             "normals",
             text,
             ("Turn them in" if inwards else "Turn them out") if mask is not None else None,
             body.worn,
-            mask is None and body.one.original.type == "MESH",
+            mask is None and body.object.type == "MESH",
             count=len(wrong) + len(ill),
             parts=len(parts),
         )
-        if mask is not None and not _is_wanted(body.one.original, mask, turns):
-            one = one._replace(remedy=None, texts=(*one.texts, SHARED))
-        found.append(one)
+        if mask is not None and not _is_wanted(body.object, mask, turns):
+            problem = problem._replace(remedy=None, texts=(*problem.texts, SHARED))
+        found.append(problem)
     return found
 
 
@@ -75,50 +80,50 @@ def _turned(borders):
     """(Body, indices of its parts that are inside out, of those that do not agree), each object of the file once."""
     found = {}
     for index, body in enumerate(borders.around.bodies):
-        if body.media and body.one.original not in found:
+        if body.media and body.object not in found:
             interface = {patch.part for patch in borders.patches if patch.body == index}
-            wrong = sorted(part for one, part in borders.inverted if one == index)
+            wrong = sorted(part for where, part in borders.inverted if where == index)
             ill = [
                 part for part in sorted(interface) if not body.solid.parts[part].agreeing
                 and body.solid.parts[part].orientable
             ]  # fmt: skip
-            found[body.one.original] = (body, wrong, ill)
-    return [one for one in found.values() if one[1] or one[2]]
+            found[body.object] = (body, wrong, ill)
+    return [(body, wrong, ill) for body, wrong, ill in found.values() if wrong or ill]
 
 
 def _turns(sight, borders):
     """{object: the faces of its own mesh that must be turned, (F,); None where a modifier makes them so}."""
-    found = {body.one.original: None for body in borders.around.bodies if body.media}
-    right = {thing: np.zeros(len(thing.data.polygons), bool) for thing in found if thing.type == "MESH"}
-    return {**found, **right, **{body.one.original: _turn(sight, body, *parts) for body, *parts in _turned(borders)}}
+    found = {body.object: None for body in borders.around.bodies if body.media}
+    right = {obj: np.zeros(len(obj.data.polygons), bool) for obj in found if obj.type == "MESH"}
+    return {**found, **right, **{body.object: _turn(sight, body, *parts) for body, *parts in _turned(borders)}}
 
 
 def _turn(sight, body, wrong, ill):
     """(F,) the faces of an object's own mesh that must be turned so that its parts are right; or None."""
-    thing, shape = body.one.original, body.solid
-    if thing.type != "MESH":
+    obj, shape = body.object, body.solid
+    if obj.type != "MESH":
         return None
-    own = shape if len(thing.modifiers) == 0 else _own(sight, thing)
-    if own.count != len(thing.data.polygons):
+    own = shape if len(obj.modifiers) == 0 else _own(sight, obj)
+    if own.count != len(obj.data.polygons):
         return None
     mask = np.zeros(own.count, bool)
     if own is not shape and len(own.parts) != len(shape.parts):
         # which part has become which cannot be told, but if all are wrong
         if len(wrong) + len(ill) < len(shape.parts) or not own.parts:
             return None
-        ill = [part for part, one in enumerate(own.parts) if not one.agreeing]
+        ill = [part for part, whole in enumerate(own.parts) if not whole.agreeing]
         wrong = [part for part in range(len(own.parts)) if part not in ill]
         sign = min(part.volume for part in shape.parts)
     else:
         sign = None
     for part in (*wrong, *ill):
-        one, faces = own.parts[part], own.part == part
+        own_part, faces = own.parts[part], own.part == part
         if part in ill:
-            if one.agreeing:
+            if own_part.agreeing:
                 return None
-            outward = one.volume >= 0 or not one.closed
+            outward = own_part.volume >= 0 or not own_part.closed
             mask[faces] = own.turned[faces] if outward else ~own.turned[faces]
-        elif not one.agreeing or _side(one) != np.sign(shape.parts[part].volume if sign is None else sign):
+        elif not own_part.agreeing or _side(own_part) != np.sign(shape.parts[part].volume if sign is None else sign):
             return None
         else:
             mask[faces] = True
@@ -130,10 +135,10 @@ def _side(part):
     return 0 if abs(part.volume) < 1e-7 * part.area**1.5 else np.sign(part.volume)
 
 
-def _is_wanted(thing, mask, turns):
+def _is_wanted(obj, mask, turns):
     """Whether all objects that are interfaces and share a mesh want the same of it."""
     return all(
-        other is not None and np.array_equal(mask, other) for one, other in turns.items() if one.data == thing.data
+        other is not None and np.array_equal(mask, other) for user, other in turns.items() if user.data == obj.data
     )
 
 
@@ -141,10 +146,10 @@ def _turn_out(scene, problem):
     with visibility.as_rendered(scene) as depsgraph:
         sight = look(scene, depsgraph)
         turns = _turns(sight, Borders(survey(sight)))
-        masks = {thing.data: turns[thing] for thing in turns if thing.name in problem.things and not thing.library}
+        masks = {obj.data: turns[obj] for obj in turns if obj.name in problem.objects and not obj.library}
     for mesh, mask in masks.items():
         if mask is not None and mask.any():
-            with _Edited(mesh) as shape:
+            with edited(mesh) as shape:
                 shape.faces.ensure_lookup_table()
                 for face in np.flatnonzero(mask).tolist():
                     shape.faces[face].normal_flip()
@@ -157,8 +162,8 @@ def _holes(sight, borders):
     found = []
     seen = set()
     for index, body in enumerate(borders.around.bodies):
-        thing = body.one.original
-        if thing in seen or not body.media:
+        obj = body.object
+        if obj in seen or not body.media:
             continue
         parts = sorted({patch.part for patch in borders.patches if patch.body == index})
         loose = [
@@ -166,8 +171,8 @@ def _holes(sight, borders):
         ]
         if not loose:
             continue
-        seen.add(thing)
-        filled = tuple(sorted(one.name for one in body.one.materials if one and _has_volume(one)))
+        seen.add(obj)
+        filled = tuple(sorted(material.name for material in body.shown.materials if material and _has_volume(material)))
         if filled:
             text = "{name} has holes, but its material has a volume, which then has no end."
         elif all(body.solid.parts[part].is_sheet for part in loose):
@@ -180,23 +185,23 @@ def _holes(sight, borders):
         own = _own_or_shown(sight, body)
         modified = own is not None and not any(part.holes for part in own.parts)
         code, remedy = "open_volume" if filled else "open", "Close the holes" if own else None
-        one = about(thing, code, text, remedy, filled or body.worn, modified)
-        if one.remedy and not _can_close(sight, thing, own):
+        problem = about(obj, code, text, remedy, filled or body.worn, modified)
+        if problem.remedy and not _can_close(sight, obj, own):
             sheet = any(part.is_sheet for part in own.parts if part.holes)
-            one = one._replace(remedy=None, texts=one.texts if sheet else (*one.texts, BY_HAND))
-        found.append(one)
+            problem = problem._replace(remedy=None, texts=problem.texts if sheet else (*problem.texts, BY_HAND))
+        found.append(problem)
     return found
 
 
-def _can_close(sight, thing, own):
-    kept = sight.kept.setdefault(thing.session_uid, {})
+def _can_close(sight, obj, own):
+    kept = sight.kept.setdefault(obj.session_uid, {})
     if "closes" not in kept:
         mesh = bpy.data.meshes.new("filled")
         try:
-            kept["closes"] = _fill(thing.data, own, mesh)
+            kept["closes"] = _fill(obj.data, own, mesh)
         finally:
             bpy.data.meshes.remove(mesh)
-    return kept["closes"] and all(modifier.type in DEFORMING for modifier in thing.modifiers)
+    return kept["closes"] and all(modifier.type in DEFORMING for modifier in obj.modifiers)
 
 
 def _fill(mesh, solid, into):
@@ -273,22 +278,22 @@ def _has_volume(material):
 def _doubled(sight, borders):
     found = {}
     for body in borders.around.bodies:
-        thing = body.one.original
+        obj = body.object
         worn = np.isin(body.slots(), list(body.media)) & body.solid.doubled
-        if thing not in found and worn.any():
+        if obj not in found and worn.any():
             text = "{name} has {count} faces twice in the same place, so that one or the other is met by chance."
             own = _own_or_shown(sight, body)
             # a wall between two bodies, once on each side, would still be there
             remedy = "Remove the second ones" if own and not own.backed.any() else None
             modified = own is not None and not own.doubled.any()
-            found[thing] = about(thing, "doubled", text, remedy, body.worn, modified, count=int(worn.sum()))
+            found[obj] = about(obj, "doubled", text, remedy, body.worn, modified, count=int(worn.sum()))
     return list(found.values())
 
 
 def _remove_doubled(scene, problem):
     for mesh in own_data(problem):
         doubled = Solid(mesh).doubled
-        with _Edited(mesh) as shape:
+        with edited(mesh) as shape:
             faces = [face for face, twice in zip(shape.faces, doubled.tolist(), strict=True) if twice]
             bmesh.ops.delete(shape, geom=faces, context="FACES")
 
@@ -296,38 +301,33 @@ def _remove_doubled(scene, problem):
 # -----------------------------------------------------------------------------------------------------------
 
 
-def _own(sight, thing):
+def _own(sight, obj):
     """The Solid of an object's mesh without its modifiers."""
-    kept = sight.kept.setdefault(thing.session_uid, {})
+    kept = sight.kept.setdefault(obj.session_uid, {})
     if "own" not in kept:
-        kept["own"] = Solid(thing.data)
+        kept["own"] = Solid(obj.data)
     return kept["own"]
 
 
 def _own_or_shown(sight, body):
     """The Solid of an object's own mesh, which is what is shown where nothing modifies it; None of curves and texts."""
-    thing = body.one.original
-    if thing.type != "MESH":
+    obj = body.object
+    if obj.type != "MESH":
         return None
-    return _own(sight, thing) if thing.modifiers else body.solid
+    return _own(sight, obj) if obj.modifiers else body.solid
 
 
-class _Edited:
-    """A mesh as a bmesh, written back at the end."""
-
-    def __init__(self, mesh):
-        self.mesh = mesh
-
-    def __enter__(self):
-        self.shape = bmesh.new()
-        self.shape.from_mesh(self.mesh)
-        return self.shape
-
-    def __exit__(self, *error):
-        if error[0] is None:
-            self.shape.to_mesh(self.mesh)
-            self.mesh.update()
-        self.shape.free()
+@contextmanager
+def edited(mesh: bpy.types.Mesh) -> Iterator[bmesh.types.BMesh]:
+    """A mesh as a bmesh, written back at the end where nothing was raised."""
+    shape = bmesh.new()
+    try:
+        shape.from_mesh(mesh)
+        yield shape
+        shape.to_mesh(mesh)
+        mesh.update()
+    finally:
+        shape.free()
 
 
 MENDS = {

@@ -37,61 +37,62 @@ def _touching(around):
             shares[pair], ways[pair] = shares.get(pair, 0) + share, ways.get(pair, 0) + sums[other]
     found, named = [], set()
     for (index, other), share in shares.items():
-        one, two = around.bodies[index], around.bodies[other]
-        pair = frozenset((one.name, two.name))
+        body, second = around.bodies[index], around.bodies[other]
+        pair = frozenset((body.name, second.name))
         if pair in named or share < 2:
             continue
         named.add(pair)
         text = "{name} and {other} have faces in the same place, of which one or the other is met: move one a little."
-        remedy, values = None, {"name": one.name, "other": two.name}
+        remedy, values = None, {"name": body.name, "other": second.name}
         if min(share, shares.get((other, index), share)) > COPY * points[index]:
             text = "{name} and {other} are in the same place, where one or the other is met: move or remove one."
         # where they touch in one plane they can be moved apart
-        elif np.linalg.norm(ways[index, other]) > FLAT * share and _is_free(one.one):
+        elif np.linalg.norm(ways[index, other]) > FLAT * share and _is_free(body.shown):
             remedy = "Move it a little"
-            values["step"] = (-GAP * one.size * ways[index, other] / np.linalg.norm(ways[index, other])).tolist()
-        things = (one.name, two.name) if other in points else (one.name,)
-        found.append(Problem("touching", (text,), values, remedy, things, one.worn))
+            values["step"] = (-GAP * body.size * ways[index, other] / np.linalg.norm(ways[index, other])).tolist()
+        objects = (body.name, second.name) if other in points else (body.name,)
+        found.append(Problem("touching", (text,), values, remedy, objects, body.worn))
     return found
 
 
-def _is_free(one):
-    thing = one.original
-    moved = thing.parent or thing.constraints or thing.animation_data or any(thing.lock_location)
-    return one.single and not (moved or thing.library or thing.override_library)
+def _is_free(shown):
+    """Whether an object stands where its own location says, which this file may change."""
+    obj = shown.original
+    moved = obj.parent or obj.constraints or obj.animation_data or any(obj.lock_location)
+    return shown.single and not (moved or obj.library or obj.override_library)
 
 
 def _move(scene, problem):
-    thing = bpy.data.objects[problem.values["name"], None]
-    thing.location = [place + step for place, step in zip(thing.location, problem.values["step"], strict=True)]
+    obj = bpy.data.objects[problem.values["name"], None]
+    obj.location = [place + step for place, step in zip(obj.location, problem.values["step"], strict=True)]
 
 
 def _coarse(sight, around):
     found = {}
     for body in around.bodies:
-        thing = body.one.original
-        if thing in found or not body.media:
+        obj = body.object
+        if obj in found or not body.media:
             continue
-        angle = sight.measured(body.one, "coarseness", coarseness)
+        angle = sight.measured(body.shown, "coarseness", coarseness)
         # what the viewport divides less often than a render does
-        for modifier in thing.modifiers:
+        for modifier in obj.modifiers:
             if modifier.type == "SUBSURF" and modifier.show_render and angle is not None:
                 shown = modifier.levels if modifier.show_viewport else 0
                 angle /= 2 ** max(0, modifier.render_levels - shown)
-                angle *= not _is_adaptive(thing, modifier)
+                angle *= not _is_adaptive(obj, modifier)
         if angle is not None and angle > COARSE:
             text = (
                 "{name} is coarse for a smooth surface: faces differ by {angle:.0f} degrees, and what it shows is some "
                 "{error:.0f} % off: subdivide it, or shade it flat."
             )
             error = COARSE_ERROR * angle**2
-            found[thing] = about(thing, "coarse", text, None, body.worn, angle=angle, error=error)
+            found[obj] = about(obj, "coarse", text, None, body.worn, angle=angle, error=error)
     return list(found.values())
 
 
-def _is_adaptive(thing, modifier):
+def _is_adaptive(obj, modifier):
     """Whether a Subdivision Surface is divided to pixels: of the object up to Blender 4.5, then of the modifier."""
-    owner = modifier if hasattr(modifier, "use_adaptive_subdivision") else thing.cycles
+    owner = modifier if hasattr(modifier, "use_adaptive_subdivision") else obj.cycles
     return bool(getattr(owner, "use_adaptive_subdivision", False))
 
 
@@ -110,12 +111,12 @@ def coarseness(mesh: bpy.types.Mesh) -> float:
     order = np.argsort(edge, kind="stable")
     count = np.bincount(edge, minlength=edges)
     pairs = face[order[count[edge[order]] == 2]].reshape(-1, 2)
-    one, other = pairs.T
-    soft = smooth[one] & smooth[other] & ~sharp[np.flatnonzero(count == 2)]
-    cosine = np.einsum("ij,ij->i", normal[one], normal[other])
+    first, other = pairs.T
+    soft = smooth[first] & smooth[other] & ~sharp[np.flatnonzero(count == 2)]
+    cosine = np.einsum("ij,ij->i", normal[first], normal[other])
     square = np.degrees(np.arccos(np.clip(cosine, -1, 1))) ** 2 * soft
     # each face shows the mean over its edges
-    total = np.bincount(one, square, faces) + np.bincount(other, square, faces)
+    total = np.bincount(first, square, faces) + np.bincount(other, square, faces)
     sides = np.maximum(np.bincount(face, minlength=faces), 1)
     return float(np.sqrt(np.average(total / sides, weights=np.maximum(area, 1e-30))))
 
@@ -123,15 +124,15 @@ def coarseness(mesh: bpy.types.Mesh) -> float:
 def _far(around):
     found = {}
     for body in around.bodies:
-        thing = body.one.original
-        if body.media and thing not in found and body.size > 0:
+        obj = body.object
+        if body.media and obj not in found and body.size > 0:
             times = np.abs([body.low, body.high]).max() / body.size
             if times > FAR:
                 text = (
                     "{name} is {times:,.0f} times its size away from the origin, too far for the numbers of a render: move "
                     "everything there."
                 )
-                found[thing] = about(thing, "far", text, None, body.worn, times=times)
+                found[obj] = about(obj, "far", text, None, body.worn, times=times)
     return list(found.values())
 
 

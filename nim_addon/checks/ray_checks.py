@@ -7,12 +7,12 @@ import bpy
 
 from ..caustics.placing import SAMPLING
 from ..cycles.material import asked_interfaces
-from ..cycles.problem import LINKED, Problem, about, own_data, own_things
+from ..cycles.problem import LINKED, Problem, about, own_data, own_objects
 from ..cycles.visibility import asked, rendered
 from .sight import Sight
 
 # What a light of no size is given: a small bulb (metres), and the sun as it is seen from the earth (radians).
-RADIUS, SUN = 0.1, 0.00918
+LAMP_RADIUS, SUN_ANGLE = 0.1, 0.00918
 # Rays that an object may be invisible to, and what that does to the picture of an interface.
 RAYS = {
     "visible_shadow": "{name} is invisible to shadow rays: light passes straight through it, and bent once more.",
@@ -25,42 +25,42 @@ RAYS = {
 def lamps(sight: Sight) -> list[Problem]:
     """The Problems of lamps: what comes through an interface is found by chance, or by light tracing."""
     found = []
-    for thing in sight.lamps:
-        light = thing.data
+    for lamp in sight.lamps:
+        light = lamp.data
         if light.cycles.is_portal:  # which guides rays to the sky, and shines not
             continue
         baked = light.get(SAMPLING) is not None  # then its light through interfaces is traced, not found by chance
         if _sizeless(light) and not baked:
             text = "The light {name} has no size: it is never seen through the interface and casts no light through it."
-            found.append(about(thing, "zero_light", text, "Give it a size"))
+            found.append(about(lamp, "zero_light", text, "Give it a size"))
         if not light.cycles.use_multiple_importance_sampling and not baked:
             text = "Multiple Importance of the light {name} is off: it casts no light through an interface."
-            found.append(about(thing, "light_by_chance", text, "Turn it on"))
+            found.append(about(lamp, "light_by_chance", text, "Turn it on"))
         if not light.use_shadow:
             text = "The light {name} casts no shadows: it passes straight through an interface, and bent once more."
-            found.append(about(thing, "light_shadow", text, "Let it cast shadows"))
-        elif passed := [name for name in _names(sight) if not _blocks(thing, name)]:
+            found.append(about(lamp, "light_shadow", text, "Let it cast shadows"))
+        elif passed := [name for name in _names(sight) if not _blocks(lamp, name)]:
             text = "Shadow linking lets the light {name} straight through {passed}, and bent once more."
-            found.append(about(thing, "shadow_linking", text, None, passed=", ".join(passed)))
+            found.append(about(lamp, "shadow_linking", text, None, passed=", ".join(passed)))
     return found
 
 
 def objects(sight: Sight) -> list[Problem]:
     """The Problems of settings of objects that wear an interface: what they are invisible to, and tricks of shading."""
     found = []
-    for one, materials in sight.wearers().items():
+    for shown, materials in sight.wearers().items():
         names = tuple(sorted(material.name for material in materials))
-        for thing in dict.fromkeys((one.original, one.parent or one.original)):
+        for obj in dict.fromkeys((shown.original, shown.parent or shown.original)):
             for ray, text in RAYS.items():
-                if not getattr(thing, ray):
-                    found.append(about(thing, "ray_visibility", text, "Make it visible", names, owner=thing))
-        if getattr(*_shading_offset(one.original)) > 0:
+                if not getattr(obj, ray):
+                    found.append(about(obj, "ray_visibility", text, "Make it visible", names, owner=obj))
+        if getattr(*_shading_offset(shown.original)) > 0:
             text = "The shading offset of the shadow terminator darkens {name}, as if its interface took light away."
-            owner = one.original
+            owner = shown.original
             found.append(about(owner, "shading_offset", text, "Set it to 0", names, owner=owner))
-        if one.original.cycles.is_caustics_caster and _has_shadow_caustics(sight):
+        if shown.original.cycles.is_caustics_caster and _has_shadow_caustics(sight):
             text = "Shadow Caustics do not know light that bends backwards: the light that {name} casts is missing."
-            owner = one.original
+            owner = shown.original
             found.append(about(owner, "shadow_caustics", text, "Turn them off for it", names, owner=owner))
     return found
 
@@ -105,7 +105,7 @@ def shadow_tricks(sight: Sight) -> list[Problem]:
     """The Problems of interface materials that become transparent to shadow rays."""
     found = []
     for material in sight.worn:
-        nodes = [one.node for one in asked(material)]
+        nodes = [node for node, _ in asked(material)]
         told = any(node.type == "LIGHT_PATH" and node.outputs["Is Shadow Ray"].is_linked for node in nodes)
         if told and any(node.type == "BSDF_TRANSPARENT" for node in nodes):
             text = "{material} is transparent to shadow rays: light passes straight through it, and bent once more."
@@ -121,10 +121,10 @@ def other_layers(scene: bpy.types.Scene) -> list[Problem]:
     looked_at, found = set(rendered(scene)) if others else set(), []
     text = "Only the view layer {layer} shows {name}: checks, caustics and light paths look at the first one, {first}."
     for view in others:
-        for thing in rendered(scene, view) if view.use else ():
-            if thing not in looked_at and any(asked_interfaces(slot.material) for slot in thing.material_slots):
-                values = {"layer": view.name, "name": thing.name, "first": first.name}
-                found.append(Problem("other_layers", (text,), values, None, (thing.name,)))
+        for obj in rendered(scene, view) if view.use else ():
+            if obj not in looked_at and any(asked_interfaces(slot.material) for slot in obj.material_slots):
+                values = {"layer": view.name, "name": obj.name, "first": first.name}
+                found.append(Problem("other_layers", (text,), values, None, (obj.name,)))
     return found
 
 
@@ -132,7 +132,7 @@ def overridden(scene: bpy.types.Scene) -> bool:
     """Whether an interface of the scene is not rendered because a view layer overrides all materials."""
     if not any(layer.material_override and layer.use for layer in scene.view_layers):
         return False
-    return any(asked_interfaces(slot.material) for thing in rendered(scene) for slot in thing.material_slots)
+    return any(asked_interfaces(slot.material) for obj in rendered(scene) for slot in obj.material_slots)
 
 
 def _sizeless(light):
@@ -143,14 +143,14 @@ def _sizeless(light):
     return light.shadow_soft_size == 0
 
 
-def _shading_offset(thing):
+def _shading_offset(obj):
     """Where that setting of an object is, and its name; after 4.2 it is Blender's own."""
     name = "shadow_terminator_shading_offset"
-    return (thing, name) if hasattr(thing, name) else (thing.cycles, "shadow_terminator_offset")
+    return (obj, name) if hasattr(obj, name) else (obj.cycles, "shadow_terminator_offset")
 
 
 def _names(sight):
-    return list(dict.fromkeys(one.original.name for one in sight.wearers()))
+    return list(dict.fromkeys(shown.original.name for shown in sight.wearers()))
 
 
 def _blocks(lamp, name):
@@ -161,9 +161,9 @@ def _blocks(lamp, name):
         return True
     states = {}
     for entry, child in zip(held.collection_children, held.children, strict=True):
-        states.update({thing.name: entry.light_linking.link_state for thing in child.all_objects})
-    for entry, thing in zip(held.collection_objects, held.objects, strict=True):
-        states[thing.name] = entry.light_linking.link_state
+        states.update({obj.name: entry.light_linking.link_state for obj in child.all_objects})
+    for entry, obj in zip(held.collection_objects, held.objects, strict=True):
+        states[obj.name] = entry.light_linking.link_state
     if name in states:
         return states[name] == "INCLUDE"
     return "INCLUDE" not in states.values()
@@ -171,32 +171,30 @@ def _blocks(lamp, name):
 
 def _has_shadow_caustics(sight):
     sky = sight.scene.world
-    return any(thing.data.cycles.is_caustics_light for thing in sight.lamps) or bool(
-        sky and sky.cycles.is_caustics_light
-    )
+    return any(lamp.data.cycles.is_caustics_light for lamp in sight.lamps) or bool(sky and sky.cycles.is_caustics_light)
 
 
-def unannounced(scene: bpy.types.Scene, lamps: list, wearers: list) -> tuple:
+def unannounced(scene: bpy.types.Scene, lamps: list[str], wearers: list[str]) -> tuple[bool, ...]:
     """The settings above whose changes Blender tells nobody of, to be compared with what they were; quick.
 
     lamps, wearers: names of lamps, and of objects with an interface
     """
     sky = scene.world
-    lights = [thing.data for thing in map(bpy.data.objects.get, lamps) if thing and thing.type == "LIGHT"]
+    lights = [lamp.data for lamp in map(bpy.data.objects.get, lamps) if lamp and lamp.type == "LIGHT"]
     caustics = [bool(sky and sky.cycles.is_caustics_light), *(light.cycles.is_caustics_light for light in lights)]
-    things = map(bpy.data.objects.get, wearers if any(caustics) else ())
-    casters = [thing is not None and thing.cycles.is_caustics_caster for thing in things]
+    objects = map(bpy.data.objects.get, wearers if any(caustics) else ())
+    casters = [obj is not None and obj.cycles.is_caustics_caster for obj in objects]
     return (*caustics, *casters, *(light.cycles.use_multiple_importance_sampling for light in lights))
 
 
 def _give_size(scene, problem):
     for light in own_data(problem):
         if light.type == "SUN":
-            light.angle = SUN
+            light.angle = SUN_ANGLE
         elif light.type == "AREA":
-            light.size, light.size_y = light.size or RADIUS, light.size_y or RADIUS
+            light.size, light.size_y = light.size or LAMP_RADIUS, light.size_y or LAMP_RADIUS
         else:
-            light.shadow_soft_size = RADIUS
+            light.shadow_soft_size = LAMP_RADIUS
 
 
 def _find_by_chance(scene, problem):
@@ -210,19 +208,19 @@ def _cast_shadows(scene, problem):
 
 
 def _show(scene, problem):
-    for thing in own_things(problem):
+    for obj in own_objects(problem):
         for ray in RAYS:
-            setattr(thing, ray, True)
+            setattr(obj, ray, True)
 
 
 def _shade_without_offset(scene, problem):
-    for thing in own_things(problem):
-        setattr(*_shading_offset(thing), 0.0)
+    for obj in own_objects(problem):
+        setattr(*_shading_offset(obj), 0.0)
 
 
 def _cast_no_caustics(scene, problem):
-    for thing in own_things(problem):
-        thing.cycles.is_caustics_caster = False
+    for obj in own_objects(problem):
+        obj.cycles.is_caustics_caster = False
 
 
 def _show_world(scene, problem):

@@ -3,12 +3,16 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple, TypeVar
 
 import bpy
 
 from ..cycles import visibility
 from ..cycles.material import asked_interfaces
+from ..cycles.visibility import Shown
+
+Measured = TypeVar("Measured")
 
 
 class Sight(NamedTuple):
@@ -26,48 +30,51 @@ class Sight(NamedTuple):
 
     scene: bpy.types.Scene
     depsgraph: bpy.types.Depsgraph
-    shown: list
-    lamps: list
-    worn: dict
+    shown: list[Shown]
+    lamps: list[bpy.types.Object]
+    worn: dict[bpy.types.Material, list[Shown]]
     limit: int | None
-    left_out: set
-    kept: dict
+    left_out: set[str]
+    kept: dict[Any, dict[str, Any]]
 
-    def wearers(self):
+    def wearers(self) -> dict[Shown, list[bpy.types.Material]]:
         """{Shown: the interface materials that it wears}, an object of the file once for each that makes instances."""
         first, worn = {}, {}
-        for material, those in self.worn.items():
-            for one in those:
-                one = first.setdefault((one.original, one.parent), one)
-                worn.setdefault(one, {})[material] = None
-        return {one: list(materials) for one, materials in worn.items()}
+        for material, wearers in self.worn.items():
+            for shown in wearers:
+                shown = first.setdefault((shown.original, shown.parent), shown)
+                worn.setdefault(shown, {})[material] = None
+        return {shown: list(materials) for shown, materials in worn.items()}
 
-    def measured(self, one, kind, measure):
-        """measure(mesh) of a visibility.Shown, kept under the name `kind`; None, and left out, if over the limit."""
-        known = self.kept.setdefault(one.original.session_uid, {}) if one.single else {}
-        if kind not in known:
-            if self.limit is not None and len(one.mesh.polygons) > self.limit:
-                self.left_out.add(one.original.name)
+    def measured(self, shown: Shown, name: str, measure: Callable[[bpy.types.Mesh], Measured]) -> Measured | None:
+        """measure(mesh) of a visibility.Shown, kept under that name; None, and left out, if over the limit."""
+        known = self.kept.setdefault(shown.original.session_uid, {}) if shown.single else {}
+        if name not in known:
+            if self.limit is not None and len(shown.mesh.polygons) > self.limit:
+                self.left_out.add(shown.original.name)
                 return None
-            known[kind] = measure(one.mesh)
-        return known[kind]
+            known[name] = measure(shown.mesh)
+        return known[name]
 
 
 def look(
-    scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, limit: int | None = None, kept: dict | None = None
+    scene: bpy.types.Scene,
+    depsgraph: bpy.types.Depsgraph,
+    limit: int | None = None,
+    kept: dict[Any, dict[str, Any]] | None = None,
 ) -> Sight:
     """The Sight of a scene in a depsgraph: that of visibility.as_rendered(), or the viewport's while a panel shows it."""
     shown = list(visibility.shown(scene, depsgraph))
     override = scene.view_layers[0].material_override
     worn = {}
-    for one in shown:
-        for material in dict.fromkeys(one.materials):
+    for surface in shown:
+        for material in dict.fromkeys(surface.materials):
             if material:
-                worn.setdefault(material, []).append(one)
-    for thing in visibility.rendered(scene):
-        for material in visibility.materials_of(thing, override) if thing.type in ("MESH", "CURVE", "FONT") else ():
+                worn.setdefault(material, []).append(surface)
+    for obj in visibility.rendered(scene):
+        for material in visibility.materials_of(obj, override) if obj.type in ("MESH", "CURVE", "FONT") else ():
             if material:
                 worn.setdefault(material, [])
-    worn = {material: those for material, those in worn.items() if asked_interfaces(material)}
+    worn = {material: wearers for material, wearers in worn.items() if asked_interfaces(material)}
     lamps = visibility.lamps(scene, depsgraph)
     return Sight(scene, depsgraph, shown, lamps, worn, limit, set(), {} if kept is None else kept)

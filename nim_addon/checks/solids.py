@@ -146,8 +146,8 @@ class Solid:
         pairs = [np.zeros((0, 2), int)]
         for shift in product((0, 0.5), repeat=3) if reach > 0 else ():
             cells = np.floor((self.points[ends] - self.low) / (2 * reach) + shift).astype(np.int64)
-            _, one, which = np.unique(cells, axis=0, return_index=True, return_inverse=True)
-            pairs.append(np.stack([ends, ends[one[which.ravel()]]], -1))
+            _, first, which = np.unique(cells, axis=0, return_index=True, return_inverse=True)
+            pairs.append(np.stack([ends, ends[first[which.ravel()]]], -1))
         a, b = np.concatenate(pairs).T
         if (a == b).all():
             return edges
@@ -190,13 +190,13 @@ class Solid:
 
     def _divide(self, edges):
         two = edges.faces == 2
-        one, other = np.zeros(len(two), np.int64), np.zeros(len(two), np.int64)
+        first, last = np.zeros(len(two), np.int64), np.zeros(len(two), np.int64)
         order = np.arange(len(edges.edge))
-        other[edges.edge] = order  # the last of an edge's loops stays
-        one[edges.edge[::-1]] = order[::-1]
-        one, other = one[two], other[two]
-        f, g = edges.face[one], edges.face[other]
-        opposed = edges.start[one] == edges.start[other]
+        last[edges.edge] = order  # the last of an edge's loops stays
+        first[edges.edge[::-1]] = order[::-1]
+        first, last = first[two], last[two]
+        f, g = edges.face[first], edges.face[last]
+        opposed = edges.start[first] == edges.start[last]
         whole = components(self.count, f, g)
         whole = whole if self.first is None else whole[self.first]
         roots = np.flatnonzero(whole == np.arange(self.count))
@@ -333,14 +333,14 @@ class Solid:
 
 
 def components(count: int, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """The lowest member, (count,), of the component that each of `count` things is in; a, b: (N,) pairs that are joined."""
+    """The lowest member, (count,), of the component that each of `count` members is in; a, b: (N,) pairs that are joined."""
     label = np.arange(count)
     while len(a):
-        one, other = label[a], label[b]
-        apart = one != other
-        a, b, one, other = a[apart], b[apart], one[apart], other[apart]
-        lower = np.minimum(one, other)
-        np.minimum.at(label, np.maximum(one, other), lower)
+        left, right = label[a], label[b]
+        apart = left != right
+        a, b, left, right = a[apart], b[apart], left[apart], right[apart]
+        lower = np.minimum(left, right)
+        np.minimum.at(label, np.maximum(left, right), lower)
         while not np.array_equal(label, step := label[label]):
             label = step
     return label

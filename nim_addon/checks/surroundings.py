@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which medium lies around each interface, found by casting rays: what they meet first says what they have run through."""
 
+from __future__ import annotations
+
 import math
 from collections import Counter
 from functools import cached_property
 from itertools import product
 from typing import NamedTuple
 
-import bpy  # noqa: F401
 import numpy as np
+from numpy.typing import NDArray
 
 from ..cycles import meshes
 from ..cycles.casting import entries
@@ -19,15 +21,15 @@ from .bodies import FRONT, LARGEST, NEAR, Body, Patch
 from .sight import Sight
 from .solids import Solid
 
-POINTS = 12  # on each patch
+PATCH_POINTS = 12  # on each patch
 STANDING, PANEL_STANDING = 3_000_000, 200_000  # faces of all that may, and while a panel waits
-MOST = 1000  # vertices that tell where an instance is
+MOST_VERTICES = 1000  # vertices that tell where an instance is
 TOUCHED = 24  # points on each patch that may lie on faces of something else
 AT_ONCE = 500_000  # rays times bodies
 RAYS = 12_000  # in all, about: where there are many patches, fewer leave each
 PANEL = 100  # patches of interfaces for which rays are cast while a panel waits
 AIMS = 4  # rays from each point that are aimed at other interfaces
-RIM = 32  # places on the rim of an open part
+RIM_POINTS = 32  # places on the rim of an open part
 SLANTS = (0.0, 0.8, 0.8, 0.8, 0.8)  # sines of the angles that rays leave at, evenly round the normal
 
 
@@ -55,7 +57,7 @@ class Surroundings:
     def __init__(self, bodies: list[Body], memory: dict | None = None):
         self.bodies = [body for body in bodies if body.solid.count and not body.flat]
         memory = {} if memory is None else memory
-        key = [(body.solid, body.matrix.tobytes(), len(body.one.materials), body.open) for body in self.bodies]
+        key = [(body.solid, body.matrix.tobytes(), len(body.shown.materials), body.open) for body in self.bodies]
         if memory.get("key") != key:
             memory.clear()
             memory["key"] = key
@@ -69,18 +71,18 @@ class Surroundings:
         found = []
         for index, body in enumerate(self.bodies):
             if body.media:
-                many = body.solid.part.astype(np.int64) * len(body.one.materials) + body.slots()
-                for one in np.unique(many).tolist():
-                    part, slot = divmod(one, len(body.one.materials))
+                count = len(body.shown.materials)
+                for number in np.unique(body.solid.part.astype(np.int64) * count + body.slots()).tolist():
+                    part, slot = divmod(number, count)
                     if slot in body.media:
                         found.append(Patch(index, part, slot))
         return found
 
-    def cast(self, origin, direction) -> Hit | None:
+    def cast(self, origin: NDArray, direction: NDArray) -> Hit | None:
         """The first thing that a ray meets, past what has a volume only. origin, direction: (3,), the latter unit."""
         return self.cast_all(np.array([origin], float), np.array([direction], float))[0]
 
-    def cast_all(self, origins: np.ndarray, directions: np.ndarray) -> list:
+    def cast_all(self, origins: NDArray, directions: NDArray) -> list[Hit | None]:
         """For each of several rays, (N, 3), the Hit or None."""
         found = []
         slack = 1e-6 * np.linalg.norm(self.highs - self.lows, axis=1)
@@ -103,7 +105,7 @@ class Surroundings:
                 best = Hit(index, met[1], met[2], met[0])
         return best
 
-    def within(self, point) -> set:
+    def within(self, point: NDArray) -> set[tuple[int, int]]:
         """The (body, part) of interfaces that a point in the world lies within."""
         around = np.flatnonzero(((self.lows <= point) & (point <= self.highs)).all(axis=1)).tolist()
         return {
@@ -113,12 +115,12 @@ class Surroundings:
             for part in self.bodies[index].solid.within(self.bodies[index].local(point))
         }
 
-    def leaving(self, patch: Patch, side: str) -> list[list]:
+    def leaving(self, patch: Patch, side: str) -> list[list[Hit | None]]:
         """What rays meet that leave a Patch on that side: for each of some points a list of Hit, None for the far away.
 
         Hits of the patch itself are left out.
         """
-        points = min(POINTS, max(3, RAYS // (2 * (len(SLANTS) + AIMS) * len(self.patches))))
+        points = min(PATCH_POINTS, max(3, RAYS // (2 * (len(SLANTS) + AIMS) * len(self.patches))))
         key = (patch, side, points)
         if key not in self._memory:
             starts, normals = self.starts(patch, side, points)
@@ -129,9 +131,7 @@ class Surroundings:
             counts = [len(way) for way in ways]
             hits = iter(self.cast_all(np.repeat(starts, counts, axis=0), np.concatenate(ways))) if counts else ()
             found = [[next(hits) for _ in range(count)] for count in counts]
-            self._memory[key] = [
-                [hit for hit in those if hit is None or self.patch_of(hit) != patch] for those in found
-            ]
+            self._memory[key] = [[hit for hit in hits if hit is None or self.patch_of(hit) != patch] for hits in found]
         return self._memory[key]
 
     def _towards(self, start, normal, body):
@@ -147,11 +147,11 @@ class Surroundings:
     def _interfaces(self):
         return [index for index, body in enumerate(self.bodies) if body.media]
 
-    def holders(self, patch: Patch, side: str) -> set:
+    def holders(self, patch: Patch, side: str) -> set[tuple[int, int]]:
         """The (body, part) of interfaces that all of a Patch, just off it on that side, lies within."""
         key = (patch, side)
         if key not in self._memory:
-            starts, _ = self.starts(patch, side, POINTS)
+            starts, _ = self.starts(patch, side, PATCH_POINTS)
             found = None
             for start in starts:
                 found = self.within(start) if found is None else found & self.within(start)
@@ -160,7 +160,7 @@ class Surroundings:
             self._memory[key] = found or set()
         return self._memory[key]
 
-    def touching(self, patch: Patch) -> tuple[Counter, dict, int]:
+    def touching(self, patch: Patch) -> tuple[Counter[int], dict[int, NDArray], int]:
         """How many of some points of a Patch lie on faces of each other body, by its index; and of how many.
 
         Between the two: the sum of the unit normals there, (3,), by the same index.
@@ -181,7 +181,7 @@ class Surroundings:
             self._memory[key] = found, sums, len(starts)
         return self._memory[key]
 
-    def is_before(self, point: np.ndarray, patch: Patch) -> bool:
+    def is_before(self, point: NDArray, patch: Patch) -> bool:
         """Whether a point (3,) in the world is on the outer side of the plane that a part is in or near."""
         body = self.bodies[patch.body]
         middle, normal = body.solid.plane(patch.part)
@@ -197,7 +197,7 @@ class Surroundings:
         if solid.parts[part].is_sheet and self._spans(index, part):
             return True
         mine = np.flatnonzero(solid.part[solid.rim.face] == part)
-        mine = mine[np.unique(np.linspace(0, len(mine) - 1, RIM).astype(int))]
+        mine = mine[np.unique(np.linspace(0, len(mine) - 1, RIM_POINTS).astype(int))]
         middle = body.world(solid.plane(part)[0]) if solid.parts[part].is_sheet else None
         held = sum(self._is_held(body, index, edge, middle) for edge in mine)
         return held >= 0.9 * len(mine)
@@ -228,21 +228,21 @@ class Surroundings:
         reach = 1e-3 * body.size
         near = np.flatnonzero(((self.lows - reach <= place) & (place <= self.highs + reach)).all(axis=1))
         for other in near.tolist():
-            thing = self.bodies[other]
-            if thing.heavy:
+            there = self.bodies[other]
+            if there.heavy:
                 continue
-            local = thing.local(place)
+            local = there.local(place)
             if other == index:
                 # edges that a neighbour's vertex divides
                 scale = np.abs(np.linalg.det(body.matrix[:3, :3])) ** (1 / 3)
                 around = solid.tree.find_nearest_range(local.tolist(), min(reach, length / 10) / scale)
-                if any(one[2] != face for one in around):
+                if any(neighbour != face for _, _, neighbour, _ in around):
                     return True
                 continue
-            nearest = thing.solid.tree.find_nearest(local.tolist())[0]
-            if nearest is not None and np.linalg.norm(thing.world(np.array(nearest)) - place) <= reach:
+            nearest = there.solid.tree.find_nearest(local.tolist())[0]
+            if nearest is not None and np.linalg.norm(there.world(np.array(nearest)) - place) <= reach:
                 return True
-            if thing.solid.within(local):
+            if there.solid.within(local):
                 return True
         inner = body.world(solid.place(face))
         for start, end in [(inner, place)] + ([(place, middle)] if middle is not None else []):
@@ -254,7 +254,7 @@ class Surroundings:
                     return True
         return False
 
-    def starts(self, patch: Patch, side: str, count: int = POINTS, near: float = NEAR) -> tuple[np.ndarray, np.ndarray]:
+    def starts(self, patch: Patch, side: str, count: int = PATCH_POINTS, near: float = NEAR) -> tuple[NDArray, NDArray]:
         """Points (N, 3) in the world just off a Patch, and the unit normals (N, 3) on that side."""
         body = self.bodies[patch.body]
         count = 0 if body.heavy or self.blind else count
@@ -273,19 +273,19 @@ class Surroundings:
 def survey(sight: Sight) -> Surroundings:
     """The Surroundings of what a sight.Sight shows; what is over its limit is left out of it."""
     memory = sight.kept.setdefault("surroundings", {})
-    wearers = {one for those in sight.worn.values() for one in those}
+    wearers = {shown for group in sight.worn.values() for shown in group}
     solids = {}  # by mesh, which many may share
 
-    def bodies_of(those):
-        for one in those:
-            key = one.mesh.as_pointer()
+    def bodies_of(group):
+        for shown in group:
+            key = shown.mesh.as_pointer()
             if key not in solids:
-                solids[key] = sight.measured(one, "solid", Solid)
+                solids[key] = sight.measured(shown, "solid", Solid)
             if solids[key]:
-                yield Body(one, solids[key])
+                yield Body(shown, solids[key])
 
-    bodies = [body for body in bodies_of(one for one in sight.shown if one in wearers) if not body.flat]
-    others = [one for one in sight.shown if one not in wearers and not one.original.get(PATHS_MARK)]
+    bodies = [body for body in bodies_of(shown for shown in sight.shown if shown in wearers) if not body.flat]
+    others = [shown for shown in sight.shown if shown not in wearers and not shown.original.get(PATHS_MARK)]
     near, beyond = _standing(others, bodies, sight.limit)
     bodies += bodies_of(near)
     around = Surroundings(bodies, memory)
@@ -308,23 +308,23 @@ def _standing(others, interfaces, limit):
     high = np.max([body.high for body in interfaces], axis=0)
     margin = 0.01 * np.linalg.norm(high - low)
     near, beyond, left = [], [], STANDING if limit is None else PANEL_STANDING
-    for one in others:
-        corners = np.array(one.object.bound_box)
-        if one.object.data != one.mesh:  # an instance that geometry nodes made, whose object is another
-            corners = meshes.vertices(one.mesh)[:MOST]
-        box = np.array(bounds(meshes.moved(corners, one.matrix.copy())))
-        count = len(one.mesh.polygons)
+    for shown in others:
+        corners = np.array(shown.object.bound_box)
+        if shown.object.data != shown.mesh:  # an instance that geometry nodes made, whose object is another
+            corners = meshes.vertices(shown.mesh)[:MOST_VERTICES]
+        box = np.array(bounds(meshes.moved(corners, shown.matrix.copy())))
+        count = len(shown.mesh.polygons)
         if (box[0] <= high + margin).all() and (box[1] >= low - margin).all() and count <= min(left, limit or LARGEST):
-            near.append(one)
+            near.append(shown)
             left -= count
         else:
             beyond.append(box)
     return near, beyond
 
 
-def same(one: Medium, other: Medium) -> bool:
+def same(medium: Medium, other: Medium) -> bool:
     """Whether two media are the same to what a socket holds: the permeability counts by magnitude."""
-    return math.isclose(one.n, other.n, rel_tol=1e-5) and math.isclose(one.mu, other.mu, rel_tol=1e-5)
+    return math.isclose(medium.n, other.n, rel_tol=1e-5) and math.isclose(medium.mu, other.mu, rel_tol=1e-5)
 
 
 def _around(normal):

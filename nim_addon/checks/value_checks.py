@@ -33,7 +33,7 @@ class Setting(NamedTuple):
     place: int | None
 
     @property
-    def value(self):
+    def value(self) -> float:
         """As it is on the frame that the file stands at."""
         return self.socket.default_value if self.place is None else self.socket.default_value[self.place]
 
@@ -64,7 +64,7 @@ def settings(material: bpy.types.Material) -> Iterator[Setting]:
                     yield Setting(material, name, end, place)
 
 
-def over_time(setting: Setting, scene: bpy.types.Scene) -> list[tuple]:
+def over_time(setting: Setting, scene: bpy.types.Scene) -> list[tuple[float | None, float]]:
     """(frame, value) of a Setting on the frames of a scene and at its keyframes; [(None, value)] if it stands still."""
     curve, first, last = _curve(setting, scene)
     if curve is None:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Checks: what spoils the picture of an interface is found, said, and mended; the renders that they speak of are wrong.
 
-The rig is a floor under a wide slab of n = -1, which reflects nothing: in the light of a sun it is as bright as without.
+The rig is a floor that the light of a sun reaches through a slab, and is as bright as without.
 """
 
 import math
@@ -10,70 +10,17 @@ import bpy
 import pytest
 
 from nim_addon import caustics, checks
-from nim_addon.cycles import settings
-from nim_addon.cycles.material import interface_material, interface_node
-from nim_addon.cycles.nodes import empty_tree
+from nim_addon.cycles.material import interface_material
 from nim_addon.cycles.visibility import as_rendered
 from nim_addon.physics import Medium
+from tests.checks import rig
+from tests.checks.rig import codes, dark_tint, nim, own_group, slab, sun
 
 
 @pytest.fixture
-def scene(empty_file):
-    scene = bpy.context.scene
-    settings.lossless(scene, "nodes")
-    scene.world = bpy.data.worlds.new("World")
-    if scene.world.node_tree is None:
-        scene.world.use_nodes = True
-    scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0.0
-    slab = add(scene, "Slab", box(200.0, 1.8, 2.2), interface_material("NIM", Medium(-1.0), backend="nodes"))
-    slab.data.validate()
-    matt = bpy.data.materials.new("Matt")
-    tree = empty_tree(matt)
-    white = tree.nodes.new("ShaderNodeBsdfDiffuse")
-    white.inputs["Color"].default_value = (1, 1, 1, 1)
-    tree.links.new(white.outputs[0], tree.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
-    add(scene, "Floor", box(2.0, -0.1, 0.0), matt)
-    light = bpy.data.lights.new("Sun", "SUN")
-    light.angle, light.energy = math.radians(60.0), math.pi
-    scene.collection.objects.link(bpy.data.objects.new("Sun", light))
-    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
-    camera.location, camera.data.type, camera.data.ortho_scale = (0, 0, 1), "ORTHO", 1.0
-    scene.collection.objects.link(camera)
-    scene.camera = camera
-    scene.render.resolution_x = scene.render.resolution_y = 8
-    scene.cycles.samples = 256
+def scene(scene):
+    rig.build(scene)
     return scene
-
-
-def box(half, bottom, top):
-    mesh = bpy.data.meshes.new("Box")
-    points = [(x, y, z) for z in (bottom, top) for x, y in ((-half, -half), (half, -half), (half, half), (-half, half))]
-    sides = [(k, (k + 1) % 4, 4 + (k + 1) % 4, 4 + k) for k in range(4)]
-    mesh.from_pydata(points, [], [(3, 2, 1, 0), (4, 5, 6, 7), *sides])
-    return mesh
-
-
-def add(scene, name, mesh, material):
-    thing = bpy.data.objects.new(name, mesh)
-    mesh.materials.append(material)
-    scene.collection.objects.link(thing)
-    return thing
-
-
-def codes(scene):
-    return [problem.code for problem in checks.problems(scene)]
-
-
-def slab():
-    return bpy.data.objects["Slab"]
-
-
-def sun():
-    return bpy.data.objects["Sun"]
-
-
-def nim():
-    return bpy.data.materials["NIM"]
 
 
 def no_diffuse_bounces(scene):
@@ -133,7 +80,7 @@ def shadow_caustics(scene):
 def shadow_trick(scene):
     tree = nim().node_tree
     output = tree.get_output_node("CYCLES")
-    path, clear, mix = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("LightPath", "BsdfTransparent", "MixShader"))
+    path, clear, mix = (tree.nodes.new(f"ShaderNode{name}") for name in ("LightPath", "BsdfTransparent", "MixShader"))
     tree.links.new(output.inputs["Surface"].links[0].from_socket, mix.inputs[1])
     tree.links.new(clear.outputs[0], mix.inputs[2])
     tree.links.new(path.outputs["Is Shadow Ray"], mix.inputs["Fac"])
@@ -149,14 +96,6 @@ def offset(scene):
 
 def overridden(scene):
     scene.view_layers[0].material_override = bpy.data.materials["Matt"]
-
-
-def dark_tint(scene):
-    set_tint((-0.5, 1.5, math.nan))
-
-
-def set_tint(color):
-    nim().node_tree.nodes["NIM Interface"].inputs["Tint"].default_value = (*color, 1.0)
 
 
 # what a wrong setting makes of a floor that is 1 bright, and whether a button mends it; light that is counted twice is
@@ -253,12 +192,6 @@ def test_what_else_is_found_and_mended(scene, code, spoil):
     assert codes(scene) == []
 
 
-def test_a_tint_is_brought_into_range(scene):
-    dark_tint(scene)
-    checks.mend(scene)
-    assert tuple(nim().node_tree.nodes["NIM Interface"].inputs["Tint"].default_value) == (0, 1, 1, 1)
-
-
 @pytest.mark.parametrize(
     "spoil",
     [
@@ -309,115 +242,7 @@ def test_shells_that_forgot_what_is_outside_of_them_are_mended(scene, render):
     assert codes(scene) == [] and render(scene).mean() == pytest.approx(1.0, abs=0.002)
 
 
-# ------------------------------------------------------------------------------------------- numbers
-
-
-@pytest.mark.parametrize("name", ["Index Inside", "Permeability Inside", "Index Outside", "Permeability Outside"])
-@pytest.mark.parametrize("value, word", [(0.0, "refracts nothing"), (math.nan, "range"), (1e7, "range"), (-1e-9, "0")])
-@pytest.mark.parametrize("fed", [False, True], ids=["in the socket", "by a Value node"])
-def test_a_number_that_nothing_has(scene, one_sentence, name, value, word, fed):
-    put(name, value, fed)
-    (problem,) = checks.problems(scene)
-    one_sentence(problem.sentence, "NIM", name, word)
-    assert problem.code == "number" and problem.remedy is None and problem.materials == ("NIM",)
-
-
-def test_a_number_that_a_driver_or_ones_own_group_gives(scene):
-    own_group(scene)
-    group = bpy.data.node_groups["Mine"]
-    group.interface.new_socket("n", in_out="INPUT", socket_type="NodeSocketFloat")
-    node = next(one for one in group.nodes if one.type == "GROUP")
-    group.links.new(group.nodes.new("NodeGroupInput").outputs["n"], node.inputs["Index Inside"])
-    outer = bpy.data.materials["Grouped"].node_tree.nodes["Group"].inputs["n"]
-    outer.default_value = -1.5
-    assert codes(scene) == []
-    outer.driver_add("default_value").driver.expression = "0.0"
-    bpy.context.view_layer.update()
-    assert codes(scene) == ["number"]
-
-
-def test_a_tint_that_a_value_gives_and_an_index_that_a_colour_gives(scene):
-    value, colour = (nim().node_tree.nodes.new(f"ShaderNode{kind}") for kind in ("Value", "RGB"))
-    sockets = nim().node_tree.nodes["NIM Interface"].inputs
-    nim().node_tree.links.new(value.outputs[0], sockets["Tint"])
-    nim().node_tree.links.new(colour.outputs[0], sockets["Index Inside"])
-    value.outputs[0].default_value, colour.outputs[0].default_value = 2.0, (0.0, 1.0, 1.0, 1.0)
-    assert codes(scene) == ["tint"]
-    checks.mend(scene)
-    assert codes(scene) == [] and value.outputs[0].default_value == 1.0
-
-
-def put(name, value, fed=False):
-    tree = nim().node_tree
-    socket = tree.nodes["NIM Interface"].inputs[name]
-    if fed:
-        node = tree.nodes.new("ShaderNodeValue")
-        tree.links.new(node.outputs[0], socket)
-        socket = node.outputs[0]
-    socket.default_value = value
-    return socket
-
-
-@pytest.mark.parametrize("fed", [False, True], ids=["in the socket", "by a Value node"])
-@pytest.mark.parametrize("strip", [False, True], ids=["action", "strip"])
-@pytest.mark.parametrize(
-    "keys, words",
-    [
-        ({1: -1.5, 20: 0.0, 40: -2.0}, ("is 0 on frame 20",)),
-        ({1: -1.5, 20: 1e9, 40: -1.5}, ("out of range",)),
-        ({1: -1.5, 40: 1.5}, ("passes through 0 before frame 21",)),
-    ],
-)
-def test_a_number_that_is_wrong_on_the_way(scene, one_sentence, fed, strip, keys, words):
-    socket = put("Index Inside", -1.5, fed)
-    for frame, value in keys.items():
-        socket.default_value = value
-        socket.keyframe_insert("default_value", frame=frame)
-    scene.frame_set(1)
-    if strip:
-        animation = nim().node_tree.animation_data
-        action, slot = animation.action, getattr(animation, "action_slot", None)
-        played = animation.nla_tracks.new().strips.new("Strip", 1, action)
-        if slot:
-            played.action_slot = slot
-        animation.action = None
-    (problem,) = checks.problems(scene)
-    one_sentence(problem.sentence, "NIM", "Index Inside", *words)
-
-
-def test_an_animation_that_is_right(scene):
-    socket = put("Index Inside", -1.5)
-    for frame, value in ((1, -1.5), (40, -0.5)):
-        socket.default_value = value
-        socket.keyframe_insert("default_value", frame=frame)
-    assert codes(scene) == []
-
-
-def test_a_tint_that_is_wrong_on_the_way(scene, one_sentence):
-    socket = nim().node_tree.nodes["NIM Interface"].inputs["Tint"]
-    for frame, value in ((1, 1.0), (11, 2.0)):
-        socket.default_value = (1.0, value, 1.0, 1.0)
-        socket.keyframe_insert("default_value", frame=frame)
-    scene.frame_set(1)
-    (problem,) = checks.problems(scene)
-    one_sentence(problem.sentence, "frame 2", "1.0")
-    assert problem.code == "tint" and problem.remedy is None
-
-
 # ------------------------------------------------------------------------------------------- what is in a scene
-
-
-def own_group(scene):
-    inner = bpy.data.node_groups.new("Mine", "ShaderNodeTree")
-    inner.interface.new_socket("Shader", in_out="OUTPUT", socket_type="NodeSocketShader")
-    node = interface_node(inner, Medium(-1.5), backend="nodes")
-    inner.links.new(node.outputs[0], inner.nodes.new("NodeGroupOutput").inputs[0])
-    material = bpy.data.materials.new("Grouped")
-    tree = empty_tree(material)
-    group = tree.nodes.new("ShaderNodeGroup")
-    group.node_tree = inner
-    tree.links.new(group.outputs[0], tree.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
-    slab().data.materials[0] = material
 
 
 def instanced(scene):
@@ -449,7 +274,7 @@ def hidden_in_the_viewport(scene):
 @pytest.mark.parametrize("place", [own_group, instanced, by_geometry_nodes, hidden_in_the_viewport])
 def test_an_interface_is_seen_wherever_it_is(scene, place):
     place(scene)
-    assert codes(scene) == [] and len(checks.interfaces(scene)) == 1
+    assert codes(scene) == []
     scene.cycles.blur_glossy = 1.0
     slab().visible_shadow = False
     assert codes(scene) == ["filter_glossy", "ray_visibility"]
@@ -487,7 +312,7 @@ def test_what_is_hidden_from_renders_is_not_spoken_of(scene):
     slab().visible_shadow = False
     assert codes(scene) == ["ray_visibility"]
     held.hide_render = True
-    assert codes(scene) == [] and checks.interfaces(scene) == []
+    assert codes(scene) == []
 
 
 def test_looking_changes_nothing(scene):
@@ -513,21 +338,3 @@ def test_an_interface_that_only_a_later_view_layer_shows_is_said(scene):
     )
     later.use = False
     assert not checks.problems(scene)
-
-
-def test_bumps_of_a_wide_filter_are_said_and_narrowed(scene):
-    tree = nim().node_tree
-    bump = tree.nodes.new("ShaderNodeBump")
-    tree.links.new(tree.nodes.new("ShaderNodeTexNoise").outputs[0], bump.inputs["Height"])
-    if "Filter Width" in bump.inputs:
-        assert not checks.problems(scene)  # linked to nothing
-        bump.inputs["Filter Width"].default_value = 1.0
-    interface = next(node for node in tree.nodes if node.type == "GROUP")
-    tree.links.new(bump.outputs["Normal"], interface.inputs["Normal"])
-    (problem,) = checks.problems(scene)
-    assert problem.code == "bump_filter"
-    if "Filter Width" in bump.inputs:
-        assert checks.mend(scene) and not checks.problems(scene)
-        assert bump.inputs["Filter Width"].default_value == pytest.approx(0.1)
-    else:
-        assert problem.remedy is None and "4.5" in problem.sentence

@@ -21,7 +21,7 @@ def add_to(commands: argparse._SubParsersAction) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Print the record that an image carries."""
     blender.load()
-    from ..cycles.render import read_metadata
+    from ..cycles.images import read_metadata
 
     try:
         record = read_metadata(arguments.file)

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..base.files import check_targets, files_to, sweep, writable_folder
 from ..base.version import VERSION
-from ..cycles import render
+from ..cycles.images import image_of, record_of, write_with_metadata
 from ..cycles.material import resolve
 from ..renders import changes, montage
 from ..renders.request import Request, Session, Showing, can_denoise
@@ -182,7 +182,7 @@ def _request(recipe, quality, backend):
 
 def _made(file):
     """The record of an image that is there, both files whole, else None; OSError where another version made it."""
-    record = render.record_of(file)
+    record = record_of(file)
     if record is not None and record.get("nimray") != VERSION:
         raise OSError(
             f"{file} was made by nimray {record.get('nimray')}, and this is {VERSION}; it is kept: name another folder."
@@ -193,19 +193,19 @@ def _made(file):
 def _pixels(file):
     import OpenImageIO as oiio
 
-    return render.image_of(file).get_pixels(oiio.FLOAT)[..., :3]
+    return image_of(file).get_pixels(oiio.FLOAT)[..., :3]
 
 
 def _sheet(figure, folder, files):
     import OpenImageIO as oiio
 
-    pictures = [render.image_of(file).get_pixels(oiio.UINT8)[..., :3] for file in files]
+    pictures = [image_of(file).get_pixels(oiio.UINT8)[..., :3] for file in files]
     pixels = np.ascontiguousarray(montage.grid(pictures, figure.columns))
     sheet = oiio.ImageBuf(oiio.ImageSpec(pixels.shape[1], pixels.shape[0], 3, oiio.UINT8))
     sheet.set_pixels(sheet.roi, pixels)
     with files_to(folder, f"figure-{figure.number}") as (part, finish):
         record = {"nimray": VERSION, "figure": figure.number, "images": [file.stem for file in files]}
-        render.write_with_metadata(sheet, part / "sheet.png", record)
+        write_with_metadata(sheet, part / "sheet.png", record)
         return finish(part / "sheet.png")[0]
 
 

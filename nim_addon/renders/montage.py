@@ -4,7 +4,7 @@
 import numpy as np
 
 from ..base.files import files_to
-from ..cycles.render import image_of, write_with_metadata
+from ..cycles.images import image_of, write_with_metadata
 
 
 def montage(folder, name, images, metadata):

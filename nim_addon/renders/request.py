@@ -20,6 +20,7 @@ from ..base.files import writable_folder
 from ..base.options import MOST_SEED
 from ..base.version import VERSION
 from ..cycles import render
+from ..cycles.images import read_metadata, record_of
 from ..cycles.material import resolve
 from ..scenes import SCENES, SceneType, scene_type
 from ..scenes.parameters import Parameters, file_name, in_any_case
@@ -223,7 +224,7 @@ class Request:
 
         Raises FileNotFoundError, and ValueError, one sentence, for what is no image of ours, or not one render.
         """
-        record = render.read_metadata(image)
+        record = read_metadata(image)
         if "compares" in record:
             images = record["images"] if isinstance(record.get("images"), list) else []
             raise ValueError(
@@ -395,7 +396,7 @@ def _found(folder, name, record, blend):
     """The EXR of a render that is there, all its files whole and made of the same; None where it is not."""
     with contextlib.suppress(RuntimeError):  # there is no such home, as will be said
         exr = Path(folder).expanduser() / f"{name}.exr"
-        if render.record_of(exr) == record and (not blend or exr.with_suffix(".blend").is_file()):
+        if record_of(exr) == record and (not blend or exr.with_suffix(".blend").is_file()):
             return exr
     return None
 

@@ -10,7 +10,7 @@ import pytest
 from nim_addon import __version__ as VERSION
 from nim_addon import command
 from nim_addon.base import records, text
-from nim_addon.cycles import render
+from nim_addon.cycles.images import RECORD_ATTRIBUTE, read_metadata
 
 RECORD = {
     "nimray": VERSION,
@@ -31,7 +31,7 @@ def image(file, text):
     """A small PNG that carries a text as its record."""
     picture = oiio.ImageBuf(oiio.ImageSpec(4, 3, 3, oiio.UINT8))
     oiio.ImageBufAlgo.fill(picture, (0.5, 0.5, 0.5))
-    picture.specmod().attribute(render.ATTRIBUTE, text)
+    picture.specmod().attribute(RECORD_ATTRIBUTE, text)
     assert picture.write(str(file))
     return str(file)
 
@@ -48,7 +48,7 @@ def test_the_record_that_the_crafted_ones_are_made_of_is_one(tmp_path, capsys):
     file = image(tmp_path / "a.png", json.dumps(RECORD))
     code, printed = again(file, capsys, "--quiet")
     assert (code, printed.out, printed.err) == (0, "", "")
-    assert render.read_metadata(tmp_path / "a.png new" / "a_again.exr")["parameters"] == RECORD["parameters"]
+    assert read_metadata(tmp_path / "a.png new" / "a_again.exr")["parameters"] == RECORD["parameters"]
 
 
 HUGE = 10**400

@@ -119,7 +119,7 @@ def file(tmp_path_factory):
     """A baked scene in a file."""
     path = tmp_path_factory.mktemp("digest") / "baked.blend"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(baking, "TRIAL", 1 << 12)
+        patch.setattr(baking, "TRIAL_PHOTONS", 1 << 12)
         bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
         scene = make()
         scene.frame_set(1)
@@ -309,7 +309,7 @@ def test_numbers_of_nodes_are_those_of_the_frame(scene):
 
 
 def test_a_bake_of_a_lamp_that_lights_some_things_only_is_up_to_date(scene, monkeypatch):
-    monkeypatch.setattr(baking, "TRIAL", 1 << 10)
+    monkeypatch.setattr(baking, "TRIAL_PHOTONS", 1 << 10)
     chosen = bpy.data.collections.new("Lit")
     for name in ("Floor", "Ball", "Slide", "Lens", "Light paths"):
         chosen.objects.link(bpy.data.objects[name])
@@ -325,7 +325,7 @@ STOPPED = ("bump strength", "a moved instance", "a hook", "lamp nodes", "another
 
 @pytest.mark.parametrize("change", STOPPED)
 def test_a_bake_that_was_stopped_does_not_go_on_with_what_was_of_something_else(change, scene, tmp_path, monkeypatch):
-    monkeypatch.setattr(baking, "TRIAL", 1 << 10)
+    monkeypatch.setattr(baking, "TRIAL_PHOTONS", 1 << 10)
     options, state = {"photons": 1 << 10, "texels": 32}, tmp_path / "state"
     with caustics.Bake(scene, **options) as first:
         next(iter(first))

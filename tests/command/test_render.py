@@ -10,7 +10,7 @@ import pytest
 from nim_addon import command
 from nim_addon.command import blender
 from nim_addon.cycles.closures import backends
-from nim_addon.cycles.render import read_metadata
+from nim_addon.cycles.images import read_metadata
 from nim_addon.renders import request
 
 SMALL = ("--size", "32x24", "--samples", "4")

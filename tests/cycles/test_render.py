@@ -14,7 +14,7 @@ import OpenImageIO as oiio
 import pytest
 
 from nim_addon.base.files import files_to
-from nim_addon.cycles import render
+from nim_addon.cycles import images, render
 from nim_addon.scenes import scene_type
 
 
@@ -36,7 +36,7 @@ def test_writes_linear_exr_and_display_png_with_metadata(scene, tmp_path):
     assert (linear.spec().width, linear.spec().height, linear.nchannels) == (48, 32, 3)
     assert linear.spec().format == oiio.FLOAT
     assert oiio.ImageBuf(str(png)).spec().format == oiio.UINT8
-    assert render.read_metadata(exr) == render.read_metadata(png) == made
+    assert images.read_metadata(exr) == images.read_metadata(png) == made
     # linear: the sun's glow is far above what a screen shows
     pixels = linear.get_pixels(oiio.FLOAT)
     assert np.isfinite(pixels).all()
@@ -65,7 +65,7 @@ def test_a_full_disk_is_named(tmp_path, monkeypatch, one_sentence):
     ):
         monkeypatch.setattr(shutil, "disk_usage", lambda folder, free=free: usage._replace(free=free))
         with pytest.raises(OSError) as raised, files_to(tmp_path, "one") as (part, _):
-            render.write_with_metadata(picture, part / "x.none", {})
+            images.write_with_metadata(picture, part / "x.none", {})
         assert words in str(raised.value) and not list(tmp_path.iterdir())
         if not free:
             one_sentence(raised.value, "name another folder")
@@ -81,7 +81,7 @@ def test_a_failed_render_leaves_nothing_and_says_so(scene, tmp_path, one_sentenc
     with pytest.raises(RuntimeError) as raised:
         render.render(scene, tmp_path, "one")
     one_sentence(raised.value, f"{scene.name!r} has no camera", "add one")
-    monkeypatch.setattr(render, "_check_scene", lambda _: None)
+    monkeypatch.setattr(render, "check_scene", lambda _: None)
     with pytest.raises(RuntimeError) as raised:
         render.render(scene, tmp_path, "one")
     one_sentence(raised.value, "Blender did not render", "no camera")
@@ -107,11 +107,11 @@ def picture(form=oiio.UINT8, size=64):
 @pytest.mark.parametrize("suffix, form", ((".png", oiio.UINT8), (".exr", oiio.FLOAT)))
 def test_an_image_that_is_cut_off_replaces_none(suffix, form, size, tmp_path, cramped, one_sentence):
     kept = tmp_path / f"one{suffix}"
-    render.write_with_metadata(picture(form), kept, {"made": 1})
+    images.write_with_metadata(picture(form), kept, {"made": 1})
     before = kept.read_bytes()
     with pytest.raises(OSError) as raised, files_to(tmp_path, "one") as (part, finish):
         cramped(size)
-        render.write_with_metadata(picture(form), part / f"new{suffix}", {"made": 2})
+        images.write_with_metadata(picture(form), part / f"new{suffix}", {"made": 2})
         finish(part / f"new{suffix}")
     cramped(1 << 40)
     one_sentence(raised.value, "cannot write")
@@ -179,7 +179,7 @@ def test_any_text_is_carried(scene, tmp_path):
         "list": [1, 2.5, float("inf")],
     }
     for file in render.render(scene, tmp_path, "one", metadata=made):
-        assert render.read_metadata(file) == made
+        assert images.read_metadata(file) == made
 
 
 @pytest.mark.parametrize("name", ("", ".", "..", "a/b", "a\nb", "\x1b"))
@@ -195,19 +195,19 @@ def test_files_that_are_not_ours_are_refused(scene, tmp_path):
     whole = exr.read_bytes()
     exr.write_bytes(whole[: len(whole) * 2 // 3])
     with pytest.raises(ValueError, match="not a whole image"):
-        render.read_metadata(exr)
+        images.read_metadata(exr)
     (tmp_path / "text.exr").write_text("not an image")
     with pytest.raises(ValueError, match="not a whole image"):
-        render.read_metadata(tmp_path / "text.exr")
+        images.read_metadata(tmp_path / "text.exr")
     alien = oiio.ImageBuf(oiio.ImageSpec(4, 4, 3, oiio.FLOAT))
     for record in (None, "{", "[]"):
         if record:
-            alien.specmod().attribute(render.ATTRIBUTE, record)
+            alien.specmod().attribute(images.RECORD_ATTRIBUTE, record)
         alien.write(str(tmp_path / "alien.exr"))
         with pytest.raises(ValueError, match="not made by nimray"):
-            render.read_metadata(tmp_path / "alien.exr")
+            images.read_metadata(tmp_path / "alien.exr")
     with pytest.raises(FileNotFoundError):
-        render.read_metadata(tmp_path / "none.exr")
+        images.read_metadata(tmp_path / "none.exr")
 
 
 def test_what_is_no_whole_image_is_refused_without_a_word_of_the_library(scene, tmp_path, capfd):
@@ -220,8 +220,8 @@ def test_what_is_no_whole_image_is_refused_without_a_word_of_the_library(scene, 
     capfd.readouterr()
     for file in files:
         with pytest.raises(ValueError, match="not a whole image"):
-            render.read_metadata(file)
-    assert render.record_of(files[0]) is None
+            images.read_metadata(file)
+    assert images.record_of(files[0]) is None
     assert capfd.readouterr() == ("", "")
 
 
@@ -235,13 +235,13 @@ def test_an_image_that_claims_to_be_huge_takes_no_memory(scene, tmp_path):
     packer = zlib.compressobj(9)
     rows = b"".join(packer.compress(bytes(1 + 3 * side)) for _ in range(200)) + packer.flush()
     head = chunk(b"IHDR", struct.pack(">IIBBBBB", side, side, 8, 2, 0, 0, 0))
-    text = chunk(b"tEXt", f"{render.ATTRIBUTE}\0{{}}".encode())
+    text = chunk(b"tEXt", f"{images.RECORD_ATTRIBUTE}\0{{}}".encode())
     file = tmp_path / "bomb.png"
     file.write_bytes(b"\x89PNG\r\n\x1a\n" + head + text + chunk(b"IDAT", rows) + chunk(b"IEND", b""))
     assert file.stat().st_size < 100_000
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     with pytest.raises(ValueError, match="not a whole image"):
-        render.read_metadata(file)
+        images.read_metadata(file)
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 1 << 20  # kB
 
 
@@ -267,10 +267,29 @@ def test_whatever_an_image_holds_a_record_comes_out_or_a_sentence(suffix, scene,
             del content[at + 100 :]
         file.write_bytes(content)
         try:
-            assert isinstance(render.read_metadata(file), dict)
+            assert isinstance(images.read_metadata(file), dict)
             outcomes.add("read")
         except ValueError as error:
             one_sentence(error, file.name)
             outcomes.add("refused")
         at = chance.randrange(len(whole) if chance.random() < 0.5 else 1500)
     assert outcomes == {"read", "refused"}
+
+
+@pytest.mark.parametrize(
+    "form", [("PNG", "RGBA", "16"), ("JPEG", "BW", "8"), ("OPEN_EXR_MULTILAYER", "RGBA", "16"), ("FFMPEG", "RGB", "8")]
+)
+def test_a_render_leaves_how_the_scene_is_saved_as_it_was(form, scene, tmp_path):
+    settings = scene.render.image_settings
+    if hasattr(settings, "media_type"):
+        kinds = {"FFMPEG": "VIDEO", "OPEN_EXR_MULTILAYER": "MULTI_LAYER_IMAGE"}
+        settings.media_type = kinds.get(form[0], "IMAGE")
+    settings.file_format, settings.color_mode, settings.color_depth = form
+    scene.render.filepath = "//mine"
+    former = [getattr(settings, name) for name in ("file_format", "color_mode", "color_depth")]
+    assert former == list(form)
+    scene.cycles.use_denoising = scene.view_layers[0].cycles.denoising_store_passes = True
+    render.render(scene, tmp_path, "one")
+    assert render.pixels_of(scene).shape == (32, 48, 3)
+    assert [getattr(settings, name) for name in ("file_format", "color_mode", "color_depth")] == former
+    assert scene.render.filepath == "//mine"

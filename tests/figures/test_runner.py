@@ -12,6 +12,7 @@ import pytest
 
 from nim_addon import command
 from nim_addon.cycles import render
+from nim_addon.cycles.images import read_metadata
 from nim_addon.figures import index, registry, run
 from nim_addon.figures.claims import Claim
 from nim_addon.figures.recipes import Figure, Recipe, in_order
@@ -234,7 +235,7 @@ def test_the_exr_keeps_the_noise_that_the_png_has_not(tmp_path, empty_file):
     rough = [
         np.abs(np.diff(pixels(tmp_path / "9.9" / f"noisy.{kind}")[..., :3], axis=0)).mean() for kind in ("exr", "png")
     ]
-    assert render.read_metadata(tmp_path / "9.9" / "noisy.exr")["denoise"]
+    assert read_metadata(tmp_path / "9.9" / "noisy.exr")["denoise"]
     assert rough[0] > 1.5 * rough[1]
     assert oiio.ImageBuf(str(tmp_path / "9.9" / "noisy.exr")).spec().channelnames == ("R", "G", "B")
 

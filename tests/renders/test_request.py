@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nim_addon.base.version import VERSION
-from nim_addon.cycles.render import read_metadata
+from nim_addon.cycles.images import read_metadata
 from nim_addon.physics import MEDIA
 from nim_addon.renders import changes, request
 from nim_addon.renders.blends import Blend

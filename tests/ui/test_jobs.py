@@ -11,7 +11,7 @@ import pytest
 
 from nim_addon import command
 from nim_addon.base import processes
-from nim_addon.cycles.render import read_metadata
+from nim_addon.cycles.images import read_metadata
 from nim_addon.ui import jobs, preferences, scene_settings
 
 TINY = (2, 4)  # samples, percent of the scene's own size

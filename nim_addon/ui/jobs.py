@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A render in a second Blender without a window, while this one stays free."""
 
+from __future__ import annotations
+
 import atexit
+import dataclasses
 import json
 import subprocess
 import threading
@@ -14,25 +17,52 @@ from bpy.app.translations import pgettext_iface, pgettext_rpt
 from ..base import processes
 from ..base.processes import second_blender
 from ..base.text import duration
+from ..renders.request import Request
 from ..scenes import SCENES
 from ..scenes.parameters import file_name
 from . import preferences, scenes
 from .panels import Sidebar, draw_sentence
+from .scene_settings import NIM_PG_scenes, backend_of, parameters_of, samples_of
 
 PATIENCE = 5.0  # seconds that a job may take to end by itself
 INTERVAL = 0.25  # seconds between two looks at it
 
 
-class Job:
-    """A `nimray` command in a process of its own, and what it has said so far."""
+@dataclasses.dataclass(frozen=True)
+class Work:
+    """What a job renders.
 
-    def __init__(self, words, folder, title):
-        """Start it; OSError where that cannot be done. `words` come after `nimray`; `folder` is where it writes to."""
-        self.folder, self.title = Path(folder), title
-        self.done, self.total, self.left, self.when = 0, 0, None, time.monotonic()
-        self.files, self.problem, self.cancelled, self.code = [], "", False, None
+    title:    name of the image that a person waits for
+    requests: by the names of their images
+    joined:   name of the image that they make side by side, empty where they make none
+    compared: what the record of that one says: "compares", a text for each of them, and "set", what they share
+    """
+
+    title: str
+    requests: dict[str, Request]
+    joined: str = ""
+    compared: dict[str, list[str]] = dataclasses.field(default_factory=dict)
+
+
+class Job:
+    """Work that a process of its own does, and what that has said so far."""
+
+    def __init__(self, work: Work, folder: str | Path) -> None:
+        """Start it; OSError where that cannot be done. `folder` is where it writes to."""
+        self.folder, self.title = Path(folder), work.title
+        self.done, self.total, self.when = 0, 0, time.monotonic()
+        self.left: float | None = None
+        self.files: list[Path] = []
+        self.problem, self.cancelled = "", False
+        self.code: int | None = None
+        record = {
+            "requests": {name: request.record() for name, request in work.requests.items()},
+            "folder": str(folder),
+            "joined": work.joined,
+            "compared": work.compared,
+        }
         self.process = second_blender(
-            "__main__", [*words, "--progress"], binary=bpy.app.binary_path, stdout=subprocess.PIPE
+            "command.job", [json.dumps(record)], binary=bpy.app.binary_path, stdout=subprocess.PIPE
         )
         self.reader = threading.Thread(target=self._read, daemon=True)
         self.reader.start()
@@ -53,11 +83,11 @@ class Job:
                     self.when = time.monotonic()
 
     @property
-    def running(self):
+    def running(self) -> bool:
         """Whether it is under way, as of the last look()."""
         return self.code is None
 
-    def look(self):
+    def look(self) -> bool:
         """See whether it has ended; returns `running`."""
         if self.running and self.process.poll() is not None:
             self.reader.join(PATIENCE)
@@ -69,7 +99,7 @@ class Job:
                 self.problem = pgettext_rpt("The render ended without a word (exit code {}).").format(self.code)
         return self.running
 
-    def cancel(self):
+    def cancel(self) -> None:
         """End it, and wait until it has."""
         if not self.running:
             return
@@ -77,7 +107,7 @@ class Job:
         processes.end(self.process, PATIENCE)
         self.look()
 
-    def progress(self):
+    def progress(self) -> tuple[float, float | None]:
         """How much is done, 0 to 1, and the seconds left or None: between two reports, rare ones, it goes by the clock."""
         part = self.done / self.total if self.total else 0.0
         if self.left is None:
@@ -85,7 +115,7 @@ class Job:
         passed = min((time.monotonic() - self.when) / max(self.left, 0.1), 1.0)
         return part + (1 - part) * passed, self.left * (1 - passed)
 
-    def text(self):
+    def text(self) -> str:
         """How far it is, in words."""
         part, left = self.progress()
         if not self.total:
@@ -96,24 +126,24 @@ class Job:
 
 
 # The job under way, or the last one of this session.
-_job = None
+_job: Job | None = None
 
 
-def job():
+def job() -> Job | None:
     """The Job under way, or the last one, or None."""
     return _job
 
 
-def start(words, folder, title):
+def start(work: Work, folder: str | Path) -> Job:
     """Start a Job and the timer that looks after it; OSError where it cannot be started."""
     global _job
-    _job = Job(words, folder, title)
+    _job = Job(work, folder)
     if not bpy.app.timers.is_registered(_tick):
         bpy.app.timers.register(_tick, first_interval=INTERVAL, persistent=True)
     return _job
 
 
-def end():
+def end() -> None:
     """End the job, if there is one."""
     if _job:
         _job.cancel()
@@ -147,7 +177,7 @@ def _redraw():
 # ------------------------------------------------------------------------------------------------ operators
 
 
-def output_folder():
+def output_folder() -> Path:
     """Where renders go: the folder of the preferences, else "renders" beside the .blend file or in the home folder."""
     chosen = preferences.settings().folder
     if chosen:
@@ -155,13 +185,7 @@ def output_folder():
     return (Path(bpy.data.filepath).parent if bpy.data.filepath else Path.home()) / "renders"
 
 
-def render_words(settings):
-    """The words after `nimray` that render what the settings say, and a name for the image."""
-    name = file_name(settings.scene, scenes.parameters_of(settings).assignments())
-    return scenes.render_words(settings), name
-
-
-def free_name(folder, name):
+def free_name(folder: Path, name: str) -> str:
     """`name`, or name_2, name_3... where `folder` holds images of that name."""
     number, free = 1, name
     while any((folder / f"{free}.{suffix}").exists() for suffix in ("exr", "png")):
@@ -170,22 +194,39 @@ def free_name(folder, name):
     return free
 
 
-def compare_words(settings):
-    """The words after `nimray` that render the scene empty, with water and with a NIM, and a name for the comparison.
+def request_of(settings: NIM_PG_scenes) -> Request:
+    """The render that the settings ask for; ValueError, one sentence, where they clash."""
+    samples, percent = samples_of(settings)
+    width, height = (max(1, round(side * percent / 100)) for side in SCENES[settings.scene].size)
+    backend = backend_of(settings)
+    return Request(settings.scene, parameters_of(settings), size=(width, height), samples=samples, backend=backend)
 
-    The NIM is the settings' own, where that is one.
-    """
-    parameters = scenes.parameters_of(settings)
-    kind = SCENES[settings.scene]
-    key, _, values = kind.compared.partition("=")
+
+def one_render(settings: NIM_PG_scenes, folder: Path) -> Work:
+    """What renders the scene as the settings have it, under a name that is free in the folder."""
+    request = request_of(settings)
+    name = free_name(folder, request.name)
+    return Work(name, {name: request})
+
+
+def all_variants(settings: NIM_PG_scenes, folder: Path) -> Work:
+    """What renders the scene empty, with water and with a NIM, the settings' own where they have one, side by side."""
+    request = request_of(settings)
+    parameters = request.parameters
+    key, _, values = SCENES[settings.scene].compared.partition("=")
+    variants = [[f"{key}={value}"] for value in values.split(",")]
     medium = parameters.medium if key == "n" else getattr(parameters, key)
     if medium is not None and medium.is_nim:
-        text = str(medium) if key == "liquid" else str(medium).removeprefix("n=")
-        values = ",".join([*values.split(",")[:-1], text])
+        variants[-1] = [f"{key}={medium}"] if key == "liquid" else str(medium).split(",")
     # the medium brings its own permeability
     kept = [text for text in parameters.assignments() if text.partition("=")[0] not in (key, "mu")]
-    words = ["compare", kind.name, "--vary", f"{key}={values}", *(["--set", *kept] if kept else [])]
-    return [*words, *scenes.quality_words(settings)], f"{file_name(kind.name, kept)}_compare"
+    joined = free_name(folder, f"{file_name(settings.scene, kept)}_compare")
+    requests = {
+        file_name(joined, variant): dataclasses.replace(request, parameters=type(parameters).read([*kept, *variant]))
+        for variant in variants
+    }
+    compared = {"compares": [" ".join(variant) for variant in variants], **({"set": kept} if kept else {})}
+    return Work(joined, requests, joined, compared)
 
 
 def _ready(operator, context):
@@ -204,19 +245,18 @@ class _Start:
     def poll(cls, context):
         return _ready(cls, context)
 
-    def start(self, command):
+    def start(self, work_of):
         folder = output_folder()
         try:
-            words, name = command(bpy.context.scene.nim_scenes)
-            name = free_name(folder, name)
-            start([*words, "--out", str(folder), "--name", name], folder, name)
+            work = work_of(bpy.context.scene.nim_scenes, folder)
+            start(work, folder)
         except ValueError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         except OSError as error:
             self.report({"ERROR"}, pgettext_rpt("A second Blender could not be started: {}").format(error))
             return {"CANCELLED"}
-        self.report({"INFO"}, pgettext_rpt("Rendering {} in the background").format(name))
+        self.report({"INFO"}, pgettext_rpt("Rendering {} in the background").format(work.title))
         return {"FINISHED"}
 
 
@@ -227,7 +267,7 @@ class NIM_OT_render_headless(_Start, bpy.types.Operator):
     bl_label = "Render Headless"
 
     def execute(self, context):
-        return self.start(render_words)
+        return self.start(one_render)
 
 
 class NIM_OT_render_variants(_Start, bpy.types.Operator):
@@ -237,7 +277,7 @@ class NIM_OT_render_variants(_Start, bpy.types.Operator):
     bl_label = "Render All Variants"
 
     def execute(self, context):
-        return self.start(compare_words)
+        return self.start(all_variants)
 
 
 class NIM_OT_cancel_render(bpy.types.Operator):

@@ -12,6 +12,7 @@ import pytest
 from nim_addon import command
 from nim_addon.base import processes
 from nim_addon.cycles.images import read_metadata
+from nim_addon.physics import MEDIA, Medium
 from nim_addon.ui import jobs, preferences, scene_settings
 
 TINY = (2, 4)  # samples, percent of the scene's own size
@@ -96,11 +97,12 @@ def test_cancel_ends_the_process_and_leaves_nothing(settings, press, tmp_path):
 
 
 def test_a_failing_job_says_why_in_one_sentence(settings, one_sentence, tmp_path):
-    jobs.start(["render", "sphere", "--set", "n=0"], tmp_path, "bad")
+    (tmp_path / "file").write_text("")
+    jobs.start(jobs.one_render(settings, tmp_path), tmp_path / "file" / "below")
     job = follow(never)
-    assert job.code == 2
-    one_sentence(job.problem, "n = 0 refracts nothing")
-    assert not list(tmp_path.iterdir())
+    assert job.code == 1
+    one_sentence(job.problem, "cannot write into")
+    assert [file.name for file in tmp_path.iterdir()] == ["file"]
 
 
 def test_disabling_the_add_on_ends_the_job(settings, addon, press):
@@ -121,14 +123,22 @@ def test_a_process_that_cannot_be_started_is_reported(settings, press, monkeypat
         press("nim.render_headless")
 
 
-def test_variants_keep_the_rest_of_the_settings(settings):
+def test_variants_keep_the_rest_of_the_settings(settings, tmp_path):
     settings.scene = "pool"
     settings.pool.use_mu, settings.pool.mu, settings.pool.view = True, -10, "window"
-    words, name = jobs.compare_words(settings)
-    assert words[:6] == ["compare", "pool", "--vary", "liquid=none,water,n=-1.33,mu=-10", "--set", "view=window"]
-    assert name == "pool_view-window_compare"
+    work = jobs.all_variants(settings, tmp_path)
+    assert work.joined == "pool_view-window_compare"
+    assert work.compared == {
+        "compares": ["liquid=none", "liquid=water", "liquid=n=-1.33,mu=-10"],
+        "set": ["view=window"],
+    }
+    liquids = [request.parameters.liquid for request in work.requests.values()]
+    assert liquids == [None, MEDIA["water"], Medium(-1.33, -10)]
+    assert {request.parameters.view for request in work.requests.values()} == {"window"}
     settings.scene, settings.sphere.n = "sphere", 1.5
-    assert jobs.compare_words(settings)[0][:4] == ["compare", "sphere", "--vary", "n=1,1.33,-1.33"]
+    assert jobs.all_variants(settings, tmp_path).compared == {"compares": ["n=1", "n=1.33", "n=-1.33"]}
+    settings.sphere.n, settings.sphere.use_mu, settings.sphere.mu = -1.5, True, -2
+    assert jobs.all_variants(settings, tmp_path).compared["compares"][-1] == "n=-1.5 mu=-2"
 
 
 def test_renders_go_where_the_preferences_say_and_overwrite_nothing(addon, monkeypatch, tmp_path):
@@ -142,8 +152,8 @@ def test_renders_go_where_the_preferences_say_and_overwrite_nothing(addon, monke
 
 
 def test_progress_goes_by_the_clock_between_reports(settings, tmp_path):
-    jobs.start(["render", "nothing"], tmp_path, "bad")
-    job = follow(never)
+    job = jobs.start(jobs.one_render(settings, tmp_path), tmp_path)
+    job.cancel()
     job.done, job.total, job.left, job.when = 50, 100, 100.0, time.monotonic() - 50
     part, left = job.progress()
     assert part == pytest.approx(0.75, abs=0.01)

@@ -65,8 +65,8 @@ def run(arguments: argparse.Namespace) -> int:
         return Bar(name) if at_terminal(arguments) else contextlib.nullcontext()
 
     done = []
-    for one in chosen:
-        record = make(one, arguments.out, arguments.quality, backend=arguments.backend, showing=showing)
+    for recipe in chosen:
+        record = make(recipe, arguments.out, arguments.quality, backend=arguments.backend, showing=showing)
         done.append(record)
         if not arguments.json:
             _print(record, arguments)

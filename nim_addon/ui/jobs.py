@@ -229,13 +229,6 @@ def all_variants(settings: NIM_PG_scenes, folder: Path) -> Work:
     return Work(joined, requests, joined, compared)
 
 
-def _ready(operator, context):
-    if _job and _job.running:
-        operator.poll_message_set("A render is under way; wait for it, or cancel it")
-        return False
-    return scenes.ready(operator, context)
-
-
 class _Start:
     """What the operators that start a job share."""
 
@@ -243,7 +236,10 @@ class _Start:
 
     @classmethod
     def poll(cls, context):
-        return _ready(cls, context)
+        if _job and _job.running:
+            cls.poll_message_set("A render is under way; wait for it, or cancel it")
+            return False
+        return scenes.ready(cls, context)
 
     def start(self, work_of):
         folder = output_folder()
@@ -300,23 +296,24 @@ class NIM_OT_cancel_render(bpy.types.Operator):
         return {"FINISHED"}
 
 
-def _has_result(operator):
-    if not (_job and _job.files):
-        operator.poll_message_set("No headless render has been finished yet")
-        return False
-    return True
+class _OfResult:
+    """What the operators that show what a job has made share."""
 
-
-class NIM_OT_open_result(bpy.types.Operator):
-    """Show the finished image in an Image editor"""
-
-    bl_idname = "nim.open_result"
-    bl_label = "Open Result"
     bl_options = {"REGISTER"}
 
     @classmethod
     def poll(cls, context):
-        return _has_result(cls)
+        if not (_job and _job.files):
+            cls.poll_message_set("No headless render has been finished yet")
+            return False
+        return True
+
+
+class NIM_OT_open_result(_OfResult, bpy.types.Operator):
+    """Show the finished image in an Image editor"""
+
+    bl_idname = "nim.open_result"
+    bl_label = "Open Result"
 
     def execute(self, context):
         file = _job.files[-1]
@@ -343,16 +340,11 @@ def _image_editor(context):
     return area.spaces.active
 
 
-class NIM_OT_open_folder(bpy.types.Operator):
+class NIM_OT_open_folder(_OfResult, bpy.types.Operator):
     """Open the folder of the headless renders in the file browser of this system"""
 
     bl_idname = "nim.open_folder"
     bl_label = "Open Folder"
-    bl_options = {"REGISTER"}
-
-    @classmethod
-    def poll(cls, context):
-        return _has_result(cls)
 
     def execute(self, context):
         try:

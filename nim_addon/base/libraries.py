@@ -75,10 +75,10 @@ def _dynamic(file):
         stream.seek(start)
         table = stream.read(size * count)
         segments = [struct.unpack_from("<IIQQQQ", table, at) for at in range(0, len(table), size)]
-        loaded = [(address, offset, length) for kind, _, offset, address, _, length in segments if kind == 1]
+        loaded = [(address, offset, length) for type_, _, offset, address, _, length in segments if type_ == 1]
         entries = []
-        for kind, _, offset, _, _, length in segments:
-            if kind == 2:
+        for type_, _, offset, _, _, length in segments:
+            if type_ == 2:
                 stream.seek(offset)
                 entries = list(struct.iter_unpack("<qQ", stream.read(length - length % 16)))
         texts = next((value for tag, value in entries if tag == 5), None)

@@ -4,9 +4,7 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
-from collections.abc import Mapping
 
 from ..base import records, signals, streams
 from . import answer, blender, script
@@ -16,23 +14,14 @@ from .report import Output
 from .words import UsageError
 
 
-def words(
-    requests: Mapping[str, dict], folder: str, joined: str = "", compared: Mapping[str, object] | None = None
-) -> list[str]:
-    """What run() takes, to be the words behind this module.
+def run(text: str) -> None:
+    """Render what a JSON text asks for; UsageError where it is not understood.
 
     requests: records of renders.request.Request, by the names of their images
     folder:   where to
-    joined:   name of an image of all of them side by side, where there is to be one
+    joined:   name of an image of all of them side by side, empty where there is to be none
     compared: what its record says, as for compare.render_side_by_side()
     """
-    return [
-        json.dumps({"requests": dict(requests), "folder": folder, "joined": joined, "compared": dict(compared or {})})
-    ]
-
-
-def run(text: str) -> None:
-    """Render what words() made a text of; UsageError for any other."""
     blender.load()
     from ..renders.request import Request
 

@@ -202,16 +202,16 @@ def _write_many(folder, text):
 def test_processes_that_write_one_name_never_mix_it(tmp_path):
     context = multiprocessing.get_context("spawn")
     several = [context.Process(target=_write_many, args=(str(tmp_path), text)) for text in "abc"]
-    for one in several:
-        one.start()
+    for process in several:
+        process.start()
     seen = set()
-    while any(one.is_alive() for one in several):
+    while any(process.is_alive() for process in several):
         with contextlib.suppress(FileNotFoundError):
             text = (tmp_path / "state.photons").read_text()
             seen.add((len(text), *set(text)))
-    for one in several:
-        one.join()
-    assert all(one.exitcode == 0 for one in several)
+    for process in several:
+        process.join()
+    assert all(process.exitcode == 0 for process in several)
     assert seen <= {(5000, "a"), (5000, "b"), (5000, "c")} and names(tmp_path) == ["state.photons"]
 
 

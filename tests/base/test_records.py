@@ -98,7 +98,7 @@ def test_a_record_that_no_render_has_is_refused_in_a_sentence(key, value, tmp_pa
     assert (code, printed.out, printed.err.count("\n")) == (2, "", 1)
     assert printed.err.startswith("nimray: ") and len(printed.err) < 800
     assert not any(word in printed.err for word in ("Error", "argument", "__init__", "expected"))
-    assert [one.name for one in tmp_path.iterdir()] == ["a.png"]
+    assert [path.name for path in tmp_path.iterdir()] == ["a.png"]
 
 
 @pytest.mark.parametrize("key", sorted(set(RECORD) - {"backend", "caustics"}))

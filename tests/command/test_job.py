@@ -7,16 +7,21 @@ import subprocess
 import pytest
 
 from nim_addon.base.processes import second_blender
-from nim_addon.command import job
 from nim_addon.cycles.render import read_metadata
 from nim_addon.renders.request import Request
 
 TINY = {"size": (16, 12), "samples": 2, "backend": "nodes"}
 
 
-def run(words):
+def text_of(requests, folder, joined="", compared=None):
+    """The JSON that asks for requests by the names of their images."""
+    records = {name: request.record() for name, request in requests.items()}
+    return json.dumps({"requests": records, "folder": str(folder), "joined": joined, "compared": compared or {}})
+
+
+def run(text):
     """The exit code of a job, its lines read as JSON where they are, and the others."""
-    process = second_blender("command.job", words, binary="", stdout=subprocess.PIPE)
+    process = second_blender("command.job", [text], binary="", stdout=subprocess.PIPE)
     lines = process.stdout.read().splitlines()
     code = process.wait(60)
     process.stdin.close()
@@ -26,19 +31,18 @@ def run(words):
 
 def test_a_job_renders_its_requests_and_says_how_far_it_is(tmp_path):
     requests = {f"n {n}": Request.of("sphere", {"n": n}, **TINY) for n in (1.5, -1.5)}
-    records = {name: request.record() for name, request in requests.items()}
-    code, said, rest = run(job.words(records, str(tmp_path), "both", {"compares": ["n=1.5", "n=-1.5"]}))
+    code, said, rest = run(text_of(requests, tmp_path, "both", {"compares": ["n=1.5", "n=-1.5"]}))
     assert (code, rest) == (0, [])
     assert said[0] == {"done": 0, "total": 4, "left": None} and said[-2]["done"] == 4
     names = ["n 1.5", "n -1.5", "both"]
-    assert said[-1] == {"files": [str(tmp_path / f"{name}.{kind}") for name in names for kind in ("exr", "png")]}
+    assert said[-1] == {"files": [str(tmp_path / f"{name}.{suffix}") for name in names for suffix in ("exr", "png")]}
     assert Request.again(tmp_path / "n -1.5.png")[0] == Request.of("sphere", {"n": -1.5}, **TINY, caustics="path")
     joint = read_metadata(tmp_path / "both.exr")
     assert (joint["compares"], joint["images"]) == (["n=1.5", "n=-1.5"], names[:2])
     assert "parameters" not in joint
 
-    code, said, rest = run(job.words({"one": requests["n 1.5"].record()}, str(tmp_path)))
-    assert (code, said[-1]["files"]) == (0, [str(tmp_path / "one.exr"), str(tmp_path / "one.png")])
+    code, said, rest = run(text_of({"alone": requests["n 1.5"]}, tmp_path))
+    assert (code, said[-1]["files"]) == (0, [str(tmp_path / "alone.exr"), str(tmp_path / "alone.png")])
 
 
 @pytest.mark.parametrize(
@@ -51,7 +55,7 @@ def test_a_job_renders_its_requests_and_says_how_far_it_is(tmp_path):
 )
 def test_a_job_that_makes_no_sense_is_refused(text, says, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    code, said, rest = run([text])
+    code, said, rest = run(text)
     assert (code, said, len(rest)) == (2, [], 1)
     assert rest[0].startswith("nimray: ") and says in rest[0]
     assert not list(tmp_path.iterdir())

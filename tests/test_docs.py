@@ -44,7 +44,7 @@ def links(page):
 
 
 @pytest.mark.parametrize(
-    "page, count, files", [("scripting", 9, "mine"), ("own-scene", 4, "prism"), ("physics", 7, None)]
+    "page, count, files", [("scripting", 11, ["mine", "pool"]), ("own-scene", 4, ["prism"]), ("physics", 7, [])]
 )
 def test_the_python_of_a_page_does_what_it_says(page, count, files, default_file, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
@@ -62,7 +62,7 @@ def test_the_python_of_a_page_does_what_it_says(page, count, files, default_file
         if "addon_utils" in names:
             names["addon_utils"].disable("nim_addon", default_set=True)
     made = sorted(path.name for path in tmp_path.rglob("*.*"))
-    assert made == ([f"{files}.exr", f"{files}.png"] if files else [])
+    assert made == [f"{file}.{kind}" for file in files for kind in ("exr", "png")]
 
 
 def test_the_table_of_the_physics_page_holds_what_the_equations_give():

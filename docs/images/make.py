@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Render the pictures of the README with nimray and put them side by side: run with the Python of .venv, from the root."""
 
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -9,12 +8,14 @@ from pathlib import Path
 import numpy as np
 import OpenImageIO as oiio
 
+from nim_addon.renders.request import Request
+
 FOLDER = Path(__file__).parent
 # picture: size of each part, samples, and the parts: scene and settings
 PICTURES = {
-    "sphere": ("800x600", 256, [["sphere"]]),
-    "glass": ("400x480", 256, [["glass", f"liquid={liquid}"] for liquid in ("none", "water", "nim")]),
-    "pool": ("600x460", 256, [["pool", "view=window", f"liquid={liquid}"] for liquid in ("water", "nim")]),
+    "sphere": ((800, 600), 256, [["sphere"]]),
+    "glass": ((400, 480), 256, [["glass", f"liquid={liquid}"] for liquid in ("none", "water", "nim")]),
+    "pool": ((600, 460), 256, [["pool", "view=window", f"liquid={liquid}"] for liquid in ("water", "nim")]),
 }
 
 
@@ -24,10 +25,8 @@ def picture(name):
     shown = []
     with tempfile.TemporaryDirectory() as work:
         for i, (scene, *settings) in enumerate(parts):
-            words = ["render", scene, *(["--set", *settings] if settings else []), "--size", size, "--denoise"]
-            words += ["--samples", str(samples), "--out", work, "--name", str(i)]
-            subprocess.run([sys.executable, "-m", "nim_addon", *words], check=True)
-            shown.append(oiio.ImageBuf(str(Path(work, f"{i}.png"))).get_pixels(oiio.UINT8))
+            request = Request.of(scene, settings, size=size, samples=samples, denoise=True)
+            shown.append(oiio.ImageBuf(str(request.render(work, str(i)).png)).get_pixels(oiio.UINT8))
     whole = np.ascontiguousarray(np.hstack(shown))
     image = oiio.ImageBuf(oiio.ImageSpec(whole.shape[1], whole.shape[0], 3, oiio.UINT8))
     image.set_pixels(oiio.ROI(), whole)

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..renders.changes import register
 from .measure import Camera
 
 QUALITIES = ("draft", "final")
@@ -40,6 +41,10 @@ class Recipe:
     seeds: int = 1
     shown: bool = True
     caption: str = ""
+
+    def __post_init__(self):
+        if self.change:
+            register(self.change)
 
     def frame(self, quality):
         """Size and samples at a quality, "draft" or "final"."""

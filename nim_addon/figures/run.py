@@ -19,7 +19,7 @@ from ..renders.request import Request, Session, Showing, can_denoise
 from ..scenes import scene_type
 from . import index
 from .measure import Camera
-from .recipes import Figure, Image
+from .recipes import Figure, Image, Recipe
 
 TEXELS = 1024, 2048  # of baked caustics, at draft and at final quality
 FAR = 1000  # between the seeds of renders with caustics, as each of several lamps takes one of those that follow
@@ -148,7 +148,7 @@ def _effort(recipe, quality):
 
 def _image(recipe, files, quality, backend, showing):
     """The Image of a recipe, whose EXR files are rendered where they are missing."""
-    request = _request(recipe, quality, backend)
+    request = request_of(recipe, quality, backend=backend)
     seeds = [seed * (FAR if recipe.photons else 1) for seed in range(recipe.seeds)]
     with Session(request, persistent=recipe.seeds > 1) as session:
         for seed, file in zip(seeds, files, strict=True):
@@ -159,8 +159,8 @@ def _image(recipe, files, quality, backend, showing):
     return Image(np.stack([_pixels(file) for file in files]), Camera(*pose, request.size), request.parameters)
 
 
-def _request(recipe, quality, backend):
-    """The renders.Request of a recipe."""
+def request_of(recipe: Recipe, quality: str = "draft", *, backend: str = "auto") -> Request:
+    """The request of a recipe at a quality, "draft" or "final", for its first seed."""
     size, samples = recipe.frame(quality)
     final, denoise = quality == "final", recipe.shown and can_denoise()
     traced = {"photons": recipe.photons[final], "texels": TEXELS[final]} if recipe.photons else {}
@@ -174,7 +174,7 @@ def _request(recipe, quality, backend):
         keep_noise=denoise,  # in the EXR, which is measured; only the PNG goes without
         caustics="traced" if recipe.photons else "path",
         pose=recipe.pose,
-        change=recipe.change and changes.register(recipe.change),
+        change=recipe.change and changes.name_of(recipe.change),
         code=changes.code_mark(changed=bool(recipe.change)),
         **traced,
     )

@@ -22,10 +22,14 @@ _changes: dict[str, Change] = {}
 
 
 def register(change: Change) -> str:
-    """Let a function of a module, which changes a built bpy.types.Scene, be known by a name; returns the name."""
-    name = f"{change.__module__.rpartition('.')[2]}.{change.__qualname__}"
-    _changes[name] = change
-    return name
+    """Let a function of a module, which changes a built bpy.types.Scene, be known by its name; returns name_of() it."""
+    _changes[name_of(change)] = change
+    return name_of(change)
+
+
+def name_of(change: Change) -> str:
+    """The name of a change: its module's, and its own."""
+    return f"{change.__module__.rpartition('.')[2]}.{change.__qualname__}"
 
 
 def change_of(name: str) -> Change:

@@ -17,6 +17,7 @@ from nim_addon.figures import index, registry, run
 from nim_addon.figures.claims import Claim
 from nim_addon.figures.recipes import Figure, Recipe, in_order
 from nim_addon.renders import changes
+from nim_addon.renders.request import Request
 
 
 def dark(scene):
@@ -341,3 +342,16 @@ def test_the_registry():
 
 def test_an_index_of_nothing(tmp_path):
     assert "0 figures" in index.write(tmp_path).read_text()
+
+
+def test_what_a_figure_renders_can_be_asked_for_elsewhere():
+    """As JSON: also what its recipes change is known by name, each by one of its own."""
+    changed = {}
+    for figure in registry.FIGURES.values():
+        for recipe in figure.recipes:
+            request = run.request_of(recipe, "final")
+            assert Request.from_record(json.loads(json.dumps(request.record()))) == request
+            if recipe.change:
+                assert changed.setdefault(request.change, recipe.change) == recipe.change
+                assert changes.change_of(request.change) == recipe.change
+    assert changed

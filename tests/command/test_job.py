@@ -7,7 +7,7 @@ import subprocess
 import pytest
 
 from nim_addon.base.processes import second_blender
-from nim_addon.cycles.render import read_metadata
+from nim_addon.cycles.images import read_metadata
 from nim_addon.renders.request import Request
 
 TINY = {"size": (16, 12), "samples": 2, "backend": "nodes"}

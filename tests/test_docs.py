@@ -9,6 +9,8 @@ import json
 import math
 import re
 import shlex
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +24,7 @@ from nim_addon.physics import Interface, Medium
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", *sorted(DOCS.rglob("*.md"))]
+PAPERS = [ROOT / name for name in ("ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md")]
 WITHOUT_COMMANDS = {"README.md", "first-minutes.md", "material.md", "index.md"}
 IMAGES = sorted(path for path in (DOCS / "images").rglob("*") if path.suffix in (".png", ".jpg", ".svg"))
 HEAVIEST = 300_000
@@ -98,7 +101,7 @@ def test_the_command_line_page_has_every_command_with_an_example_and_every_optio
         assert not [option for option in options if option not in told], name
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES + PAPERS, ids=lambda page: page.name)
 def test_every_link_of_a_page_leads_somewhere(page):
     missing = [target for target in links(page) if not (page.parent / target).exists()]
     assert not missing
@@ -186,3 +189,30 @@ def test_the_gallery_is_written_from_the_records_of_runs(gallery, tmp_path):
 def test_a_folder_without_figures_leaves_the_gallery_as_it_is(gallery, tmp_path, capsys):
     assert gallery.main([tmp_path]) == 2
     assert "nimray figures" in capsys.readouterr().err and "Old." in gallery.PAGE.read_text(encoding="utf-8")
+
+
+# Blender as the pages are made: with no more than names, which are no types
+MOCK = """
+import importlib, sys, types
+
+class Mock(types.ModuleType):
+    __path__ = ()
+    def __getattr__(self, name):
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return Mock(name)
+    def __call__(self, *_, **__):
+        return Mock("called")
+
+for name in ("bpy", "bpy.app", "bpy.app.handlers", "bmesh", "mathutils", "mathutils.bvhtree", "OpenImageIO", "matplotlib"):
+    sys.modules[name] = Mock(name)
+for name in sys.argv[1:]:
+    importlib.import_module(name)
+"""
+
+
+def test_what_the_api_pages_tell_of_is_there_without_blender():
+    text = "".join(page.read_text(encoding="utf-8") for page in (DOCS / "api").glob("*.md"))
+    modules = re.findall(r"automodule:: (\S+)", text)
+    done = subprocess.run([sys.executable, "-c", MOCK, *modules], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0 and len(modules) > 20, done.stderr

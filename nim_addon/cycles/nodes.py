@@ -4,11 +4,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, TypeAlias
 
 import bpy
 
-Owner = bpy.types.Material | bpy.types.World | bpy.types.Light
+# in quotes: where the pages are made bpy is a mock, of which there is no union
+Owner: TypeAlias = "bpy.types.Material | bpy.types.World | bpy.types.Light"
 
 
 def uses_nodes(owner: Owner) -> bool:

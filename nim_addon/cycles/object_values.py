@@ -5,6 +5,8 @@ A copy has another name, place and parent. Cycles looks for a name among the cus
 a value is the same on the copy as a property of that name, wherever the object had it from.
 """
 
+from __future__ import annotations
+
 import bpy
 
 from .nodes import Nodes

@@ -5,6 +5,8 @@ Objects are read from the evaluated dependency graph, since materials may sit in
 come from geometry nodes, from an instance, or from the view layer; nodes are read through the groups they are in.
 """
 
+from __future__ import annotations
+
 import contextlib
 from collections.abc import Iterator
 from typing import NamedTuple

@@ -4,7 +4,7 @@
 To add a figure, write a module here that ends in FIGURES, a tuple of recipes.Figure, and name it in registry.py.
 
     def bare(scene):                                   # a change to the scene that a recipe renders
-        scene.objects["Straw"].hide_render = True
+        probes.find(scene, "Straw").hide_render = True
 
     RECIPES = (
         Recipe("water", "glass", ("liquid=water",), draft=((360, 360), 64), final=((1280, 1280), 1024)),
@@ -23,6 +23,6 @@ To add a figure, write a module here that ends in FIGURES, a tuple of recipes.Fi
     FIGURES = (Figure("5.1", "title", "what it shows", ("what must hold, one sentence each",), RECIPES, measure),)
 
 Predictions come from `physics` (Interface, rays.trace), never from the renderer. A figure without renders has no
-recipes; its `draw(folder)` writes files and returns their paths, the one to show first, and `measure({})` its claims.
-This module and `claims`, `curves` and `diagrams` import no bpy.
+recipes: recipes.drawn_figure() makes it of a function that returns its claims, and of `draw(folder)`, which writes files
+and returns their paths, the one to show first. This module, `claims`, `measure`, `curves` and `diagrams` import no bpy.
 """

@@ -21,11 +21,11 @@ class Claim(NamedTuple):
     unit: str = ""
 
     @property
-    def holds(self):
+    def holds(self) -> bool:
         """Whether the measured number is the predicted one, within what is allowed; False for NaN."""
         return bool(abs(self.predicted - self.measured) <= self.allowed)
 
-    def row(self):
+    def row(self) -> str:
         """The claim as one line of text."""
         unit = f" {self.unit}" if self.unit else ""
         return (

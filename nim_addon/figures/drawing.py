@@ -66,13 +66,13 @@ def look():
     return matplotlib().rc_context(_LOOK)
 
 
-def sheet(width, height, rows=1, columns=1, **options):
+def sheet(width: float, height: float, rows: int = 1, columns: int = 1, **options) -> tuple:
     """A figure of width x height inches and its axes, an array (rows, columns); to be called within look()."""
     figure = matplotlib().figure.Figure(figsize=(width, height))
     return figure, figure.subplots(rows, columns, squeeze=False, **options)
 
 
-def known_suffix(file):
+def known_suffix(file: str | Path) -> str:
     """The suffix of a file that can be drawn; ValueError for any other."""
     suffix = Path(file).suffix.lower()
     if suffix not in SUFFIXES:
@@ -83,21 +83,21 @@ def known_suffix(file):
     return suffix
 
 
-def save(figure, title, *files):
+def save(figure, title: str, *files: str | Path) -> list[Path]:
     """Write the figure to each of the files, .svg, .png (150 dots an inch) or .pdf; returns their Paths. Raises as whole().
 
     `title` is kept in the file, for those who list or hear it rather than see it.
     """
-    made = []
+    written = []
     for file, suffix in [(file, known_suffix(file)) for file in files]:
         # by way of memory: on a full disk matplotlib's PDF ends in an error of its own
         drawing = io.BytesIO()
         with look():
             figure.savefig(drawing, format=suffix[1:], dpi=150, metadata=_METADATA[suffix] | {"Title": title})
-        made.append(whole(file, lambda part, drawing=drawing: part.write_bytes(drawing.getvalue())))
-    return made
+        written.append(whole(file, lambda part, drawing=drawing: part.write_bytes(drawing.getvalue())))
+    return written
 
 
-def number(value):
+def number(value: float) -> str:
     """A number as it is printed: a true minus sign, no trailing zeros."""
     return f"{value:g}".replace("-", "\N{MINUS SIGN}")

@@ -3,11 +3,11 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
-from ..renders.changes import register
 from .measure import Camera
 
 QUALITIES = ("draft", "final")
@@ -44,9 +44,11 @@ class Recipe:
 
     def __post_init__(self):
         if self.change:
+            from ..renders.changes import register  # which needs Blender, as drawn figures do not
+
             register(self.change)
 
-    def frame(self, quality):
+    def frame(self, quality: str) -> tuple:
         """Size and samples at a quality, "draft" or "final"."""
         return self.final if quality == "final" and self.final else self.draft
 
@@ -59,7 +61,7 @@ class Image(NamedTuple):
     parameters: object
 
     @property
-    def pixels(self):
+    def pixels(self) -> np.ndarray:
         """(H, W, 3), the mean over the seeds."""
         return self.each.mean(axis=0)
 
@@ -71,7 +73,7 @@ class Figure:
     number:    as the thesis has it, "5.4"
     title:     a few words
     shows:     a caption in our own words
-    must_hold: sentences, what is claimed
+    stated:    sentences, what must hold; left out where the texts of the claims say it, as they do of a drawn figure
     recipes:   its renders; those shown make the sheet, from left to right, `columns` in a row (0: all in one row)
     measure:   function of a dict of Image by the recipe's name; returns a list of claims.Claim
     draw:      for a figure without renders: function of a folder (Path) that writes its files there and returns their
@@ -81,14 +83,27 @@ class Figure:
     number: str
     title: str
     shows: str
-    must_hold: tuple
+    stated: tuple = ()
     recipes: tuple = ()
     measure: Callable = lambda images: []
     draw: Callable | None = None
     columns: int = 0
 
+    @cached_property
+    def must_hold(self) -> tuple:
+        """The sentences that say what is claimed."""
+        return self.stated or tuple(claim.text for claim in self.measure({}))
 
-def in_order(number):
+
+def drawn_figure(number: str, title: str, claims: Callable, draw: Callable) -> Figure:
+    """A Figure that is drawn, not rendered, and shows what its title says.
+
+    claims: function that returns its list of claims.Claim; draw: as Figure has it
+    """
+    return Figure(number, title, f"{title}.", measure=lambda images: claims(), draw=draw)
+
+
+def in_order(number: str) -> tuple:
     """A key that sorts figures by number: 5.10 after 5.9, the appendices last."""
     chapter, _, place = number.partition(".")
     return (0, int(chapter), int(place)) if chapter.isdigit() else (1, ord(chapter), int(place))

@@ -12,20 +12,22 @@ from nim_addon.base.files import whole
 from nim_addon.figures import curves
 from nim_addon.figures.claims import Claim
 
+FIGURES = {figure.number: figure for figure in curves.FIGURES}
 
-@pytest.mark.parametrize("figure", curves.FIGURES)
-def test_every_claim_holds(figure):
-    claims = curves.claims(figure)
+
+@pytest.mark.parametrize("number", FIGURES)
+def test_every_claim_holds(number):
+    claims = FIGURES[number].measure({})
     assert claims
     for claim in claims:
-        assert all(isinstance(number, int | float) for number in claim[1:4])
+        assert all(isinstance(value, int | float) for value in claim[1:4])
         assert claim.holds, claim.row()
 
 
 def test_a_claim_fails_where_the_index_has_lost_its_sign(monkeypatch):
     standard = curves.standard_reflectances
     monkeypatch.setattr(curves, "standard_reflectances", lambda n_i, n_t, cos_i: standard(n_i, abs(n_t), cos_i))
-    assert not all(claim.holds for claim in curves.claims("A.1"))
+    assert not all(claim.holds for claim in curves.standard_claims())
 
 
 def test_the_standard_form_is_the_textbooks_for_glass():
@@ -45,38 +47,38 @@ def test_a_claim_compares_and_prints():
     assert claim._replace(allowed=0.04).row().startswith("FAILS")
 
 
-@pytest.mark.parametrize("figure", curves.FIGURES)
-def test_a_figure_is_three_files_the_last_with_the_numbers(figure, tmp_path):
+@pytest.mark.parametrize(
+    ("number", "numbers"),
+    [
+        ("A.1", curves.standard_curves),
+        ("A.2", curves.impedance_curves),
+        ("A.3", curves.povray_curves),
+        ("A.4", curves.permeability_curves),
+    ],
+)
+def test_a_figure_is_three_files_the_last_with_the_numbers(number, numbers, tmp_path):
     pytest.importorskip("matplotlib")
-    files = curves.draw(figure, tmp_path)
-    assert [file.name for file in files] == [f"figure-{figure}{suffix}" for suffix in (".svg", ".png", ".csv")]
+    files = FIGURES[number].draw(tmp_path)
+    assert [file.name for file in files] == [f"figure-{number}{suffix}" for suffix in (".svg", ".png", ".csv")]
     assert sorted(tmp_path.iterdir()) == sorted(files)
     with files[2].open(newline="", encoding="utf-8") as stream:
         rows = list(csv.reader(stream))
-    columns = curves.data(figure)
+    columns = numbers()
     assert rows[0] == list(columns) and len(rows) == 1802
     np.testing.assert_allclose(np.array(rows[1:], float), np.stack(list(columns.values()), -1), rtol=1e-11)
 
 
 def test_files_are_the_same_each_time(tmp_path):
     pytest.importorskip("matplotlib")
-    for one, other in zip(*(curves.draw("A.1", tmp_path / name) for name in "ab"), strict=True):
-        assert one.read_bytes() == other.read_bytes()
-
-
-def test_an_unknown_figure_is_refused(one_sentence, tmp_path):
-    for call in (curves.claims, curves.data, lambda figure: curves.draw(figure, tmp_path)):
-        with pytest.raises(ValueError) as raised:
-            call("A.9")
-        one_sentence(raised.value, "A.9", "A.1, A.2, A.3, A.4")
-    assert not list(tmp_path.iterdir())
+    for file, again in zip(*(FIGURES["A.1"].draw(tmp_path / name) for name in "ab"), strict=True):
+        assert file.read_bytes() == again.read_bytes()
 
 
 def test_without_matplotlib_it_says_so(monkeypatch, tmp_path):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(RuntimeError, match=r"matplotlib is missing.*pip install matplotlib"):
-        curves.draw("A.2", tmp_path)
-    assert all(claim.holds for claim in curves.claims("A.2"))  # the numbers need none
+        FIGURES["A.2"].draw(tmp_path)
+    assert all(claim.holds for claim in curves.impedance_claims())  # the numbers need none
     assert not list(tmp_path.iterdir())
 
 

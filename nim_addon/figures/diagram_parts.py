@@ -1,0 +1,202 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The parts of a ray diagram: lines by their energy, normals, angles, the head and the key. matplotlib draws them."""
+
+import math
+
+import numpy as np
+
+from ..physics import MEDIA, Medium
+from ..physics.rays import Kind, Paths
+from .diagram_paths import AIR
+from .drawing import BLUE, GREY, INK, ORANGE, matplotlib, number
+
+_LOOKS = {
+    Kind.INCIDENT: (INK, "solid"),
+    Kind.TRANSMITTED: (BLUE, "solid"),
+    Kind.REFLECTED: (ORANGE, (0, (4.5, 2.0))),
+}
+LABEL = {"fontsize": 8.5, "zorder": 6}
+_LINE, _GAP = 15, 12  # points of one line of the head; pixels between its title and the media
+
+
+def _width(energy, widest):
+    """Points of line weight: the area of a round ray would be its energy, so 4 % is still a line."""
+    return widest * np.sqrt(energy)
+
+
+def tint(medium: Medium) -> tuple:
+    """The colour a medium is filled with: blue for n > 0, ochre for n < 0, deeper for what refracts more."""
+    depth = 0.16 + 0.16 * min(abs(abs(medium.n) - 1), 1.5) / 1.5
+    colour = np.array([0.85, 0.62, 0.20]) if medium.is_nim else np.array([0.25, 0.55, 0.80])
+    return tuple(1 - depth * (1 - colour) * 1.2)
+
+
+def _name_of(medium):
+    """A medium as a diagram names it: "glass, n = 1.5", "NIM, n = -1.33, mu = -10"."""
+    names = [name for name in ("air", "water", "glass", "diamond") if MEDIA[name] == medium]
+    name = "NIM" if medium.is_nim else names[0] if names else "medium"
+    mu = "" if abs(medium.mu) == 1 else f", $\\mu$ = {number(medium.mu)}"
+    return f"{name}, $n$ = {number(medium.n)}{mu}"
+
+
+def _within(start, end, ax):
+    """The parts (S,) from and to which the segments start + part (end - start) lie in the view; from > to where none."""
+    low, high = np.array([ax.get_xlim(), ax.get_ylim()]).T
+    step = end - start
+    with np.errstate(divide="ignore", invalid="ignore"):
+        to_low, to_high = (low - start) / step, (high - start) / step
+    parallel = step == 0
+    outside = np.any(parallel & ((start < low) | (start > high)), axis=1)
+    first = np.max(np.where(parallel, 0, np.minimum(to_low, to_high)), axis=1).clip(0)
+    last = np.min(np.where(parallel, 1, np.maximum(to_low, to_high)), axis=1).clip(max=1)
+    return first, np.where(outside, -1, last)
+
+
+def draw_paths(ax, paths: Paths, *, widest: float = 1.8, arrows: float = 0.1) -> None:
+    """Draw physics.rays.Paths on axes whose limits are set, the weight of each line by its energy.
+
+    widest: points, of a line with all of its ray's energy
+    arrows: the shortest line that carries an arrow, as a share of the view's width
+    """
+    library = matplotlib()
+    from matplotlib.collections import LineCollection
+    from matplotlib.markers import MarkerStyle
+    from matplotlib.path import Path as Outline
+
+    start, end = paths.start[:, :2], paths.end[:, :2]
+    first, last = _within(start, end, ax)
+    step = end - start
+    a, b = start + first[:, None] * step, start + last[:, None] * step
+    seen = last > first
+    widths = _width(paths.energy, widest)
+    with library.rc_context({"lines.scale_dashes": False}):
+        for order, (kind, (colour, dashes)) in enumerate(_LOOKS.items()):
+            chosen = seen & (paths.kind == kind)
+            lines = np.stack([a[chosen], b[chosen]], axis=1)
+            ax.add_collection(
+                LineCollection(
+                    lines, colors=colour, linewidths=widths[chosen], linestyles=[dashes], zorder=4 - 0.1 * order
+                )
+            )
+    left, right = ax.get_xlim()
+    length = np.hypot(*(b - a).T)
+    head = Outline([(-1, -0.72), (1, 0), (-1, 0.72), (-1, -0.72)], closed=True)
+    every = math.ceil(len(paths.lost) / 25)  # many rays close together need no arrow each
+    carries = seen & (length > arrows * (right - left)) & (paths.ray % every == every // 2)
+    for i in np.flatnonzero(carries):
+        marker = MarkerStyle(head).rotated(deg=math.degrees(math.atan2(*step[i, ::-1])))
+        ax.plot(
+            *(a[i] + 0.62 * (b[i] - a[i])),
+            marker=marker,
+            markersize=2.2 + 2.6 * math.sqrt(widths[i]),
+            color=_LOOKS[Kind(paths.kind[i])][0],
+            markeredgewidth=0,
+            zorder=4.5,
+        )
+
+
+def draw_normals(ax, points, normals, length: float) -> None:
+    """Dash the normals (N, 3) at points (N, 3), `length` to either side."""
+    for point, normal in zip(points, normals, strict=True):
+        ends = np.stack([point - length * normal, point + length * normal])[:, :2]
+        ax.plot(*ends.T, color=GREY, linewidth=0.8, linestyle=(0, (3, 2)), zorder=3)
+
+
+def draw_angles(ax, paths: Paths, segment: int, normal, radius: float, length: float) -> None:
+    """The normal where `segment` ends, and the arcs from it to the ray before and after, named with their degrees."""
+    from matplotlib.patches import Arc
+
+    point, normal = paths.end[segment][:2], np.asarray(normal, float)[:2]
+    incoming = paths.direction[segment][:2]
+    if incoming @ normal > 0:
+        normal = -normal  # against the ray, as in thesis figure 2.1
+    arms = [("theta_i", -incoming, normal)]
+    onward = np.flatnonzero((paths.parent == segment) & (paths.kind == Kind.TRANSMITTED))
+    arms += [("theta_t", paths.direction[i][:2], -normal) for i in onward]
+    turns = [_turn(axis, ray) for _, ray, axis in arms]
+    for (name, _, axis), turn in zip(arms, turns, strict=True):
+        angle = math.degrees(math.atan2(axis[1], axis[0]))
+        begin, finish = sorted((angle, angle + math.degrees(turn)))
+        ax.add_patch(
+            Arc(point, 2 * radius, 2 * radius, theta1=begin, theta2=finish, color=INK, linewidth=0.9, zorder=5)
+        )
+        # of one sign with theta_i where the ray crosses the normal, as it does at ordinary interfaces
+        degrees = math.copysign(round(abs(math.degrees(turn)), 1), turn * turns[0])
+        ax.text(
+            *(point + (length + 0.04) * axis),
+            f"$\\{name}$ = {number(degrees)}°",
+            ha="left" if axis[0] > 0.3 else "right" if axis[0] < -0.3 else "center",
+            va="bottom" if axis[1] > 0.3 else "top" if axis[1] < -0.3 else "center",
+            **LABEL,
+        )
+    draw_normals(ax, [paths.end[segment]], [np.append(normal, 0)], length)
+
+
+def _turn(a, b):
+    """The signed angle, radians, from one direction in the plane to another."""
+    return math.atan2(a[0] * b[1] - a[1] * b[0], a @ b)
+
+
+def head(ax, title: str, medium: Medium, *more) -> None:
+    """The line above a diagram: its title, and the media by their tints, where no ray crosses their names."""
+    from matplotlib.patches import Patch
+
+    media = [
+        Patch(facecolor="white", edgecolor=INK, linewidth=0.7, label=_name_of(AIR)),
+        Patch(facecolor=tint(medium), edgecolor=INK, linewidth=0.7, label=_name_of(medium)),
+    ]
+    heading = ax.set_title(title, pad=5)
+    legend = ax.legend(
+        handles=[*media, *more],
+        loc="lower right",
+        bbox_to_anchor=(1.0, 1.0),
+        ncols=4,
+        borderaxespad=0.35,
+        borderpad=0,
+        handlelength=1.1,
+        handletextpad=0.5,
+        columnspacing=1.2,
+        fontsize=8,
+    )
+    ax.apply_aspect()  # the figure's margins are set, so this is how wide the diagram will be
+    if (
+        title
+        and sum(part.get_window_extent().width for part in (heading, legend)) + _GAP > ax.get_window_extent().width
+    ):
+        # long names: the title goes to a line of its own, for which the diagram makes room
+        ax.set_title(title, pad=5 + _LINE)
+        figure = ax.get_figure()
+        figure.subplots_adjust(top=figure.subplotpars.top - _LINE / 72 / figure.get_figheight())
+
+
+def view(ax, left: float, right: float, bottom: float, top: float) -> None:
+    """Let axes show that rectangle, as large in both directions, without ticks."""
+    ax.set_xlim(left, right)
+    ax.set_ylim(bottom, top)
+    ax.set_aspect("equal")
+    ax.set_axis_off()
+
+
+def key(figure, widest: float) -> None:
+    """One row under the diagrams that says what lines mean."""
+    from matplotlib.lines import Line2D
+
+    names = ("incident", "transmitted", "reflected")
+    branches = [
+        Line2D([], [], color=colour, linestyle=dashes, linewidth=1.4, label=name)
+        for name, (colour, dashes) in zip(names, _LOOKS.values(), strict=True)
+    ]
+    weights = [
+        Line2D([], [], color=GREY, linewidth=_width(energy, widest), label=f"{energy:.0%}".replace("%", " %"))
+        for energy in (1.0, 0.1, 0.01)
+    ]
+    normal = Line2D([], [], color=GREY, linewidth=0.8, linestyle=(0, (3, 2)), label="normal")
+    figure.legend(
+        handles=[*branches, normal, Line2D([], [], linewidth=0, label="energy:"), *weights],
+        loc="lower center",
+        ncols=8,
+        columnspacing=1.1,
+        handlelength=1.7,
+        handletextpad=0.5,
+        fontsize=8,
+    )

@@ -5,8 +5,10 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import bpy
 
@@ -59,14 +61,19 @@ class Blend:
     def append(self) -> bpy.types.Scene:
         """Bring a copy of the scene into Blender's file, which becomes no other; ValueError where the file has changed."""
         self.from_record(self.record())
-        with quiet(), bpy.data.libraries.load(self.file, link=False) as (_, wanted):
-            wanted.scenes = [self.scene]
-        return wanted.scenes[0]  # pyright: ignore[reportReturnType]  where names stood there is data now
+        with quiet(), _opened(Path(self.file)) as (_, wanted):
+            wanted.scenes.append(self.scene)
+        return wanted.scenes[0]  # where names stood there is data now
+
+
+def _opened(path) -> AbstractContextManager[tuple[Any, Any]]:
+    """What the file holds, and what of it shall be appended, as bpy.data.libraries.load() has them."""
+    return bpy.data.libraries.load(str(path), link=False)  # pyright: ignore[reportReturnType] of which the stubs say None
 
 
 def _scenes_of(path):
     try:
-        with quiet(), quiet(2), bpy.data.libraries.load(str(path)) as (held, _):
+        with quiet(), quiet(2), _opened(path) as (held, _):
             names = list(held.scenes)
     except (OSError, RuntimeError):
         names = []

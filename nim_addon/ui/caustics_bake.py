@@ -105,7 +105,7 @@ def under_way() -> Run | None:
 
 
 @persistent
-def drop(*_):
+def drop(*_) -> None:
     """Drop the bake under way, if there is one; called by Blender too, before its scene goes."""
     global _run
     if _run is not None:

@@ -68,7 +68,7 @@ def left(scene: bpy.types.Scene) -> bool:
 
 
 @persistent
-def note_change(scene, depsgraph=None):
+def note_change(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = None) -> None:
     """Called by Blender after a change, or a change of the frame."""
     if depsgraph is not None:
         forget_changed(MESHES, depsgraph)
@@ -90,7 +90,7 @@ def _is_change(update):
 
 
 @persistent
-def forget(*_):
+def forget(*_) -> None:
     """Forget what is known: another file, or another state of this one."""
     LOOKS.forget()
     MESHES.clear()

@@ -32,7 +32,7 @@ class NIM_OT_update_file(bpy.types.Operator):
 
 
 @bpy.app.handlers.persistent
-def update_opened_file(*_):
+def update_opened_file(*_) -> None:
     """Called by Blender after it opened a file; does nothing, and takes no time, where all is up to date."""
     for sentence in versions.update().left_alone:
         print(f"NIM for Blender: {sentence}")
@@ -42,13 +42,13 @@ _groups = 0  # how many there were when they were last looked through
 
 
 @bpy.app.handlers.persistent
-def update_imported(*_):
+def update_imported(*_) -> None:
     """Called by Blender after it appended or linked something; the rest waits until it is done with that."""
     deferred.do(update_opened_file)
 
 
 @bpy.app.handlers.persistent
-def update_if_more(*_):
+def update_if_more(*_) -> None:
     """The same where Blender does not call then, before 4.5: called after any change, of which few bring node groups."""
     global _groups
     before, _groups = _groups, len(bpy.data.node_groups)

@@ -147,7 +147,7 @@ class NIM_OT_check_meshes(bpy.types.Operator):
 
 
 @persistent
-def note_change(scene, depsgraph=None):
+def note_change(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = None) -> None:
     """Called by Blender after a change: what was found may no longer be so."""
     LOOKS.outdate()
     for update in depsgraph.updates if depsgraph else ():
@@ -157,7 +157,7 @@ def note_change(scene, depsgraph=None):
 
 
 @persistent
-def forget(*_):
+def forget(*_) -> None:
     """Forget everything: another file, or another state of this one."""
     LOOKS.forget()
     _kept.clear()

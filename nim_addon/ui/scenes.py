@@ -120,14 +120,11 @@ class NIM_OT_copy_command(bpy.types.Operator):
 def render_words(settings: bpy.types.PropertyGroup) -> list[str]:
     """The words after `nimray` that render what the settings say."""
     assignments = parameters_of(settings).assignments()
-    return ["render", settings.scene, *(["--set", *assignments] if assignments else []), *quality_words(settings)]
-
-
-def quality_words(settings: bpy.types.PropertyGroup) -> list[str]:
-    """The words for samples, size and backend that the settings say."""
+    parameters = ["--set", *assignments] if assignments else []
     samples, percent = samples_of(settings)
     size = [] if percent == 100 else ["--size", f"{percent}%"]
-    return ["--samples", str(samples), *size, "--backend", backend_of(settings)]
+    quality = ["--samples", str(samples), *size, "--backend", backend_of(settings)]
+    return ["render", settings.scene, *parameters, *quality]
 
 
 def quoted(words: list[str]) -> str:

@@ -12,8 +12,7 @@ from nim_addon.cycles.material import NODE_NAME, interface_material
 from nim_addon.physics import Medium
 
 material = interface_material("Sphere", Medium(-1.5), backend="nodes")
-thing = bpy.context.view_layer.objects.active
-thing.material_slots[0].material = material
+bpy.context.view_layer.objects.active.material_slots[0].material = material
 window = bpy.context.window_manager.windows[0]
 areas = sorted(window.screen.areas, key=lambda area: area.width * area.height)
 area = areas[-1]
@@ -34,8 +33,8 @@ def enter():
         if not steps:
             node = material.node_tree.nodes[NODE_NAME]
             material.node_tree.nodes.active = node
-            for one in material.node_tree.nodes:
-                one.select = one == node
+            for other in material.node_tree.nodes:
+                other.select = other == node
             bpy.ops.node.group_edit()
         else:
             bpy.ops.node.select_all(action="DESELECT")

@@ -3,7 +3,6 @@
 
 import hashlib
 import math
-import re
 import subprocess
 import sys
 
@@ -13,12 +12,7 @@ import pytest
 
 from nim_addon.cycles.closures import INTERFACE, backends
 from nim_addon.cycles.closures.script import bytecode_of, script_of
-from nim_addon.cycles.material import (
-    NODE_NAME,
-    interface_material,
-    interface_node,
-    switch_backend,
-)
+from nim_addon.cycles.material import NODE_NAME, interface_material, interface_node
 from nim_addon.cycles.nodes import Nodes, empty_tree
 from nim_addon.physics import Interface, Medium
 from nim_addon.scenes import shapes, surfaces
@@ -26,7 +20,6 @@ from nim_addon.scenes.sphere import ball
 from nim_addon.scenes.stage import Stage
 
 VACUUM = Medium(1.0)
-SHADER = INTERFACE.shader
 
 both_backends = pytest.mark.parametrize("backend", ["osl", "nodes"])
 
@@ -97,45 +90,6 @@ def test_media_and_tint_are_on_the_sockets(empty_file):
     assert tuple(values["Tint"]) == (0.25, 0.5, 0.75, 1)
 
 
-def test_sockets_are_the_shaders_own():
-    bytecode = bytecode_of(SHADER, INTERFACE.source())
-    line = re.compile(r"^param\t(\w+)\t(\w+)\t([^\t]*?)\s*\t(.*)$", re.MULTILINE)
-    found = []
-    for kind, identifier, default, rest in line.findall(bytecode):
-        meta = dict(re.findall(r"%meta\{\w+,(\w+),([^}]*)\}", rest))
-        found.append((identifier, kind, [float(word) for word in default.split()], meta))
-    assert [identifier for identifier, *_ in found] == [socket.identifier for socket in INTERFACE.sockets]
-    types = {"float": "NodeSocketFloat", "color": "NodeSocketColor", "normal": "NodeSocketVector"}
-    for socket, (_, kind, default, meta) in zip(INTERFACE.sockets, found, strict=True):
-        assert types[kind] == socket.type
-        assert meta["label"] == f'"{socket.name}"'
-        assert meta["help"] == f'"{socket.description}"'
-        assert default == list(np.ravel(socket.default))[: len(default)]
-        assert (socket.min, socket.max) == tuple(float(meta[key]) if key in meta else None for key in ("min", "max"))
-
-
-def test_group_sockets_carry_ranges_descriptions_and_defaults(empty_file):
-    group = INTERFACE.group()
-    items = [item for item in group.interface.items_tree if item.in_out == "INPUT"]
-    assert [item.name for item in items] == [socket.name for socket in INTERFACE.sockets]
-    for item, socket in zip(items, INTERFACE.sockets, strict=True):
-        assert item.socket_type == socket.type and item.description == socket.description
-        assert np.allclose(item.default_value, socket.default)
-        if socket.min is not None:
-            assert (item.min_value, item.max_value) == (socket.min, socket.max)
-    # from the group's socket to the shader's parameter of the same meaning
-    by_identifier = {socket.identifier: socket for socket in script_of(group).inputs}
-    for socket in INTERFACE.sockets:
-        (link,) = by_identifier[socket.identifier].links
-        assert link.from_node.type == "GROUP_INPUT" and link.from_socket.name == socket.name
-
-
-def test_the_engine_is_put_back(empty_file):
-    bpy.context.scene.render.engine = "CYCLES"
-    INTERFACE.group()
-    assert bpy.context.scene.render.engine == "CYCLES"
-
-
 def test_an_outdated_group_is_brought_up_to_date_in_place(empty_file, render):
     scene = furnace(Medium(-1.5))
     group = INTERFACE.group()
@@ -143,7 +97,7 @@ def test_an_outdated_group_is_brought_up_to_date_in_place(empty_file, render):
     # an older version of the shader, which lost a quarter of the light
     older = INTERFACE.source().replace("tint *", "0.75 * tint *")
     text.from_string(older)
-    script.bytecode = bytecode_of(SHADER, older)
+    script.bytecode = bytecode_of(INTERFACE.shader, older)
     script.bytecode_hash = hashlib.md5(script.bytecode.encode()).hexdigest()
     assert render(scene).mean() < 0.95
 
@@ -151,13 +105,6 @@ def test_an_outdated_group_is_brought_up_to_date_in_place(empty_file, render):
     assert text.as_string() == INTERFACE.source()
     assert len(bpy.data.node_groups) == len(bpy.data.texts) == 1
     assert render(scene).mean() == pytest.approx(1, abs=1e-3)
-
-
-def test_the_file_holds_nothing_of_the_machine_it_was_made_on(empty_file):
-    # oslc writes its options, and in them the folders of whoever compiled, into a comment
-    bytecode = script_of(INTERFACE.group()).bytecode
-    assert sys.prefix not in bytecode and "/tmp" not in bytecode
-    assert bytecode_of(SHADER, INTERFACE.source()) == bytecode_of(SHADER, INTERFACE.source())
 
 
 def test_unknown_backend(empty_file, one_sentence):
@@ -235,48 +182,7 @@ bpy.ops.render.render(write_still=True)
     )
 
 
-# The two backends
-
-
-def test_groups_of_both_backends_have_the_same_sockets(empty_file):
-    def sockets(backend):
-        items = INTERFACE.group(backend).interface.items_tree
-        keys = ("name", "identifier", "socket_type", "description", "hide_value", "min_value", "max_value")
-        return [[getattr(item, key, None) for key in keys] + [str(getattr(item, "default_value", 0))] for item in items]
-
-    assert [row[:-1] for row in sockets("osl")] == [row[:-1] for row in sockets("nodes")]
-
-
-def test_switching_keeps_values_links_and_keyframes(empty_file):
-    material = interface_material("A", Medium(-1.33, -10), Medium(1.5), tint=(0.2, 0.4, 0.6), backend="osl")
-    tree = material.node_tree
-    node = tree.nodes[NODE_NAME]
-    mesh = bpy.data.meshes.new("Body")  # what no object shows is not animated
-    mesh.materials.append(material)
-    bpy.context.scene.collection.objects.link(bpy.data.objects.new("Body", mesh))
-    noise = tree.nodes.new("ShaderNodeTexNoise")
-    tree.links.new(noise.outputs[0], node.inputs["Permeability Inside"])
-    index = node.inputs["Index Inside"]
-    index.keyframe_insert("default_value", frame=1)
-    index.default_value = -2
-    index.keyframe_insert("default_value", frame=11)
-    driver = node.inputs["Index Outside"].driver_add("default_value").driver
-    driver.expression = "1 + frame / 100"
-    scene = bpy.context.scene
-
-    def values():
-        scene.frame_set(1)
-        scene.frame_set(6)
-        return [np.ravel(socket.default_value).tolist() for socket in node.inputs]
-
-    before = values()
-    assert -2 < before[0][0] < -1.33 and before[2][0] == pytest.approx(1.06)
-    for backend in ("nodes", "osl", "nodes"):
-        assert switch_backend(material, backend) == 1
-        assert node.node_tree == INTERFACE.group(backend)
-        assert values() == before
-        assert node.inputs["Permeability Inside"].links[0].from_node == noise
-        assert node.outputs["BSDF"].links[0].to_node.type == "OUTPUT_MATERIAL"
+# A link
 
 
 def test_a_sign_driven_by_a_texture_bends_both_ways(empty_file, render):

@@ -290,6 +290,8 @@ class Sheet:
             frame.nodes.remove(product.node)
             self.tree.nodes.remove(product.node)
             product.socket = None
+            for link in [link for link in self.tree.links if link.to_node == total.node]:
+                self.tree.links.remove(link)
             total.node.operation = "MULTIPLY_ADD"
             for socket, operand in zip(total.node.inputs, (*product.operands, rest), strict=True):
                 self._nodes.feed(socket, _fed(operand))

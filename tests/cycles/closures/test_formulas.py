@@ -51,6 +51,8 @@ def closed(sheet, value):
 
 FORMULAS = {
     "a + b * c": lambda a, b, c, v, w: a + b * c,
+    "0.5 * a + c": lambda a, b, c, v, w: 0.5 * a + c,
+    "c + a * b - (1 + 2 * b)": lambda a, b, c, v, w: c + a * b - (1 + 2 * b),
     "1 - a - b": lambda a, b, c, v, w: 1 - a - b,
     "2 / a + c / 2": lambda a, b, c, v, w: 2 / a + c / 2,
     "-(a * b) + 3": lambda a, b, c, v, w: -(a * b) + 3,

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Words that come from elsewhere, made fit for a terminal or for the name of a file."""
+"""Words that come from elsewhere: made fit for a terminal or the name of a file, and found among those that are known."""
+
+import difflib
+from collections.abc import Collection, Iterable
 
 NOT_IN_A_NAME = '/\\:*?"<>|'  # on one system or another
 
@@ -12,6 +15,19 @@ def printable(text: object) -> str:
 def fit(name: str) -> str:
     """What of a name can be in the name of a file on every system."""
     return "".join(letter for letter in name if letter.isprintable() and letter not in NOT_IN_A_NAME)
+
+
+def in_any_case(word: str, known: Iterable[str]) -> str:
+    """The one of the `known` names that a person's `word` is, whatever its case; else the word."""
+    return next((name for name in known if name.lower() == word.lower()), word)
+
+
+def unknown(sort: str, word: str, known: Collection[str]) -> str:
+    """The sentence for a `word` that is no name of that sort, as the `known` ones are, with the nearest of them."""
+    folded = {name.lower(): name for name in known}
+    near = difflib.get_close_matches(word.lower(), folded, 1, 0.5)
+    hint = f"did you mean {folded[near[0]]}? The" if near else "the"
+    return f"there is no {sort} {word!r}; {hint} ones that exist are {', '.join(known)}."
 
 
 def duration(seconds: float) -> str:

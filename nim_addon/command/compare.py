@@ -9,6 +9,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ..base.text import in_any_case
 from . import blender, words
 from .render import add_options, carry_out, refused, with_options
 from .report import Output
@@ -45,20 +46,20 @@ def run(arguments: argparse.Namespace) -> None:
     from ..base.files import check_targets
     from ..renders.request import Request
     from ..scenes import SCENES, scene_type
-    from ..scenes.parameters import file_name, in_any_case
+    from ..scenes.parameters import file_name
 
     with refused():
-        kind = scene_type(in_any_case(arguments.scene, SCENES))
+        scene = scene_type(in_any_case(arguments.scene, SCENES))
     variants = []
-    liquids = [field.name for field in dataclasses.fields(kind.parameters) if field.metadata["kind"] == "liquid"]
-    for assignments in words.variants(arguments.vary or [kind.compared], liquids):
+    liquids = [field.name for field in dataclasses.fields(scene.parameters) if field.metadata["kind"] == "liquid"]
+    for assignments in words.variants(arguments.vary, liquids) if arguments.vary else scene.variants():
         try:
-            request = Request.of(kind.name, [*arguments.assignments, *assignments])
+            request = Request.of(scene.name, [*arguments.assignments, *assignments])
         except ValueError as error:
             raise UsageError(f"{' '.join(assignments)}: {error}") from None
         with refused():
             variants.append((assignments, with_options(request, arguments)))
-    stem = arguments.name or file_name(kind.name, arguments.assignments)
+    stem = arguments.name or file_name(scene.name, arguments.assignments)
     names = [words.own_name(file_name(stem, assignments)) for assignments, _ in variants]
     if len({request for _, request in variants}) < len(variants) or len(set(names)) < len(names):
         raise UsageError("--vary names the same value twice; each image needs one of its own.")

@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from ..base import records
+from ..base.text import in_any_case
 from . import blender, words
 from .report import FAILURE, Bar, at_terminal
 from .words import UsageError
@@ -46,7 +47,6 @@ def run(arguments: argparse.Namespace) -> int:
     """Make the figures, or list them; returns the exit code, FAILURE where a claim does not hold."""
     blender.load()
     from ..figures.registry import FIGURES, figure
-    from ..scenes.parameters import in_any_case
 
     if arguments.all and arguments.numbers:
         raise UsageError("give either numbers of figures, or --all.")

@@ -4,7 +4,7 @@
 from itertools import chain
 from types import MappingProxyType
 
-from ..scenes.parameters import unknown
+from ..base.text import unknown
 from . import caustics, cube, curves, diagrams, glass, pool, sea, sphere
 from .recipes import Figure, in_order
 

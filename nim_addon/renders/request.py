@@ -18,12 +18,13 @@ import bpy
 from .. import caustics
 from ..base.files import writable_folder
 from ..base.options import MOST_SEED
+from ..base.text import in_any_case
 from ..base.version import VERSION
 from ..cycles import render
 from ..cycles.images import read_metadata, record_of
 from ..cycles.material import resolve
 from ..scenes import SCENES, SceneType, scene_type
-from ..scenes.parameters import Parameters, file_name, in_any_case
+from ..scenes.parameters import Parameters, file_name
 from ..scenes.stage import SAMPLES, Pose, aim
 from .blends import Blend, sha256_of
 from .changes import change_of, code_mark

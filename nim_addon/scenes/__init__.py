@@ -1,30 +1,44 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The scenes by name: what each shows, its parameters, and the function that builds it."""
 
+from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-import bpy  # noqa: F401  the wheel has bmesh only once bpy is imported
+import bpy  # the wheel has bmesh only once bpy is imported
 
+from ..base.text import unknown
+from ..physics import MEDIA
 from . import cube, glass, pool, sea, sphere
-from .parameters import Parameters, unknown
+from .parameters import Parameters, written
+from .stage import Pose
 
 
 class SceneType(NamedTuple):
-    """A scene: its name, one line on what it shows, the dataclass of its parameters, `build(parameters, backend)`.
+    """A scene that can be asked for by its name.
 
-    `pose(parameters)` is where its camera stands; `compared` are the values, as `nimray compare --vary` takes them, that
-    show it empty, with water and with a NIM; `size` is that of its picture, (width, height) in pixels, where nothing else
-    is asked for.
+    shows:      one line on what it shows
+    parameters: the dataclass of its parameters
+    build:      function of parameters and a backend, as material.resolve takes it, that returns a scene
+    pose:       function of parameters that says where the camera stands
+    compared:   by the name of a parameter, the values that show the scene empty, with water and with a NIM
+    size:       of its picture, (width, height) in pixels, where nothing else is asked for
     """
 
     name: str
     shows: str
     parameters: type[Parameters]
-    build: callable
-    pose: callable
-    compared: str
+    build: Callable[..., bpy.types.Scene]
+    pose: Callable[[Any], Pose]
+    compared: Mapping[str, tuple]
     size: tuple[int, int]
+
+    def variants(self) -> list[list[str]]:
+        """The settings, texts "key=value", of each of the pictures that show what is `compared`."""
+        return [[f"{key}={written(value)}"] for key, values in self.compared.items() for value in values]
+
+
+FILLINGS = {"liquid": (None, MEDIA["water"], MEDIA["nim"])}
 
 
 SCENES = MappingProxyType(
@@ -37,7 +51,7 @@ SCENES = MappingProxyType(
                 glass.GlassParameters,
                 glass.build,
                 glass.pose,
-                "liquid=none,water,nim",
+                FILLINGS,
                 glass.SIZE,
             ),
             SceneType(
@@ -46,7 +60,7 @@ SCENES = MappingProxyType(
                 pool.PoolParameters,
                 pool.build,
                 pool.pose,
-                "liquid=none,water,nim",
+                FILLINGS,
                 pool.SIZE,
             ),
             SceneType(
@@ -55,7 +69,7 @@ SCENES = MappingProxyType(
                 sphere.SphereParameters,
                 sphere.build,
                 sphere.pose,
-                "n=1,1.33,-1.33",
+                {"n": (1.0, 1.33, -1.33)},
                 sphere.SIZE,
             ),
             SceneType(
@@ -64,7 +78,7 @@ SCENES = MappingProxyType(
                 sea.SeaParameters,
                 sea.build,
                 sea.pose,
-                "liquid=none,water,nim",
+                FILLINGS,
                 sea.SIZE,
             ),
         )
@@ -80,7 +94,7 @@ OF_FIGURES = MappingProxyType(
             cube.CubeParameters,
             cube.build,
             cube.pose,
-            "",
+            {},
             cube.SIZE,
         )
     }

@@ -2,11 +2,10 @@
 """Parameters of a scene: fields of a frozen dataclass that carry description, range or choices, read from text."""
 
 import dataclasses
-import difflib
 import math
 from pathlib import Path
 
-from ..base.text import fit
+from ..base.text import fit, in_any_case, unknown
 from ..physics import MEDIA, Medium
 from ..physics.media import plain_minus, to_number
 
@@ -89,7 +88,7 @@ class Parameters:
     def assignments(self):
         """The fewest texts "key=value" that read() makes these parameters of; a list."""
         names = [field.name for field in dataclasses.fields(self)]
-        texts = {name: f"{name}={_written(getattr(self, name))}" for name in names}
+        texts = {name: f"{name}={written(getattr(self, name))}" for name in names}
         for key in list(texts):
             others = [text for other, text in texts.items() if other != key]
             try:
@@ -110,25 +109,13 @@ def file_name(scene, assignments):
     return plain_minus(fit("_".join([scene, *settings]))).replace(",", "_").replace("=", "").replace(" ", "")
 
 
-def _written(value):
+def written(value: float | str | Medium | None) -> str:
+    """A value of a parameter as a person writes it: "yes", "water", "none", "1.5"."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, Medium):
         return next((name for name, medium in MEDIA.items() if medium == value), str(value))
     return "none" if value is None else str(value).removesuffix(".0")
-
-
-def in_any_case(word, known):
-    """The one of the `known` names that a person's `word` is, whatever its case; else the word."""
-    return next((name for name in known if name.lower() == word.lower()), word)
-
-
-def unknown(kind, word, known):
-    """The sentence for a `word` that is none of the `known` ones, with the nearest of them."""
-    folded = {name.lower(): name for name in known}
-    near = difflib.get_close_matches(word.lower(), folded, 1, 0.5)
-    hint = f"did you mean {folded[near[0]]}? The" if near else "the"
-    return f"there is no {kind} {word!r}; {hint} ones that exist are {', '.join(known)}."
 
 
 def _checked(field, value):

@@ -213,8 +213,8 @@ def all_variants(settings: NIM_PG_scenes, folder: Path) -> Work:
     """What renders the scene empty, with water and with a NIM, the settings' own where they have one, side by side."""
     request = request_of(settings)
     parameters = request.parameters
-    key, _, values = SCENES[settings.scene].compared.partition("=")
-    variants = [[f"{key}={value}"] for value in values.split(",")]
+    scene_type = SCENES[settings.scene]
+    (key,), variants = scene_type.compared, scene_type.variants()
     medium = parameters.medium if key == "n" else getattr(parameters, key)
     if medium is not None and medium.is_nim:
         variants[-1] = [f"{key}={medium}"] if key == "liquid" else str(medium).split(",")

@@ -37,12 +37,8 @@ def rendering(scene, samples):
     return time.process_time() - started
 
 
-def main():
-    """Print the table."""
-    kind = scene_type("sphere")
-    scene = kind.build(kind.parameters())
-    scene.render.resolution_x = scene.render.resolution_y = SIZE
-    scene.render.resolution_percentage = 100
+def programs(scene):
+    """Functions by name that put a material into the sphere's scene, of a medium and a backend."""
     sphere = scene.objects["Sphere"]
     ours = sphere.material_slots[0].material
     values = ours.node_tree.nodes[NODE_NAME].inputs
@@ -65,7 +61,7 @@ def main():
 
         return use
 
-    programs = {
+    return {
         "Glass BSDF, SVM": glass("nodes"),
         "nodes, n = 1.5": ours_at(1.5, "nodes"),
         "nodes, n = -1.5": ours_at(-1.5, "nodes"),
@@ -73,9 +69,18 @@ def main():
         "OSL, n = 1.5": ours_at(1.5, "osl"),
         "OSL, n = -1.5": ours_at(-1.5, "osl"),
     }
-    times = {name: [] for name in programs}
+
+
+def materials():
+    """Print what a sample takes with each of the materials."""
+    kind = scene_type("sphere")
+    scene = kind.build(kind.parameters())
+    scene.render.resolution_x = scene.render.resolution_y = SIZE
+    scene.render.resolution_percentage = 100
+    uses = programs(scene)
+    times = {name: [] for name in uses}
     for turn in range(ROUNDS + 1):
-        for name, use in programs.items():
+        for name, use in uses.items():
             use()
             one, all_of_them = rendering(scene, 1), rendering(scene, SAMPLES)
             if turn:  # the first round warms up
@@ -93,12 +98,16 @@ def main():
                 ratios = [a / b for a, b in zip(taken, times[other], strict=True)]
                 line += f"   to {other}: {statistics.median(ratios):.3f}, {min(ratios):.3f}, {max(ratios):.3f}"
         print(line)
+
+
+def command():
+    """Print how long the command takes to the files of one sample, and how much memory."""
     with tempfile.TemporaryDirectory() as folder:
-        command = [sys.executable, "-m", "nim_addon", "render", "sphere", "--samples", "1", "--size", "64x64"]
+        words = [sys.executable, "-m", "nim_addon", "render", "sphere", "--samples", "1", "--size", "64x64"]
         walls = []
         for _ in range(5):
             started = time.perf_counter()
-            subprocess.run([*command, "--out", folder, "--quiet"], check=True)
+            subprocess.run([*words, "--out", folder, "--quiet"], check=True)
             walls.append(time.perf_counter() - started)
     peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
     print(
@@ -106,4 +115,5 @@ def main():
     )
 
 
-main()
+materials()
+command()

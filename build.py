@@ -125,7 +125,7 @@ def environment(blender, bring=False, locked=False):
     """
     folder = ROOT / (".venv" if blender == DEFAULT else f".venv-{blender}")
     finder = functools.partial(maker, PYTHON[blender], bring)
-    what = f"with Blender {blender} (once, about 400 MB)"
+    what = f"with Blender {blender} (once, about 500 MB)"
     return made(folder, packages(blender), finder, what, locked_packages(blender) if locked else None)
 
 

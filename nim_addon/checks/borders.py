@@ -14,7 +14,7 @@ from .bodies import BACK, FRONT, Patch
 from .solids import Part
 from .surroundings import Surroundings, same
 
-MANY = 48  # points of a patch that must lie in another before it is said that all of it does
+HOLDING_POINTS = 48  # points of a patch that must lie in another before it is said that all of it does
 OTHER = {FRONT: BACK, BACK: FRONT}
 
 
@@ -175,17 +175,20 @@ class Borders:
             return None
         if not self._can_hold(patch, partner):
             return None
-        if self.part(partner[:2]).is_sheet:
+        holder = self.part(partner[:2])
+        if holder.is_sheet:
             # rays may leave it round its rim, but what is before it is not behind it
-            lost = any(self.around.is_before(start, partner) for start in self.around.starts(patch, FRONT, MANY)[0])
-        elif self.part(partner[:2]).closed:
-            lost = not all(
-                partner[:2] in self.around.within(start) for start in self.around.starts(patch, FRONT, MANY)[0]
-            )
+            lost = any(self.around.is_before(start, partner) for start in self._spread(patch))
+        elif holder.closed:
+            lost = not all(partner[:2] in self.around.within(start) for start in self._spread(patch))
         partly = fits or lost
-        solid = self.part(patch[:2]).closed and self.part(partner[:2]).closed
+        solid = self.part(patch[:2]).closed and holder.closed
         relation = ("overlaps" if solid else "partly") if partly else "lies"
         return Misfit(relation, patch, partner, own, medium, not partly)
+
+    def _spread(self, patch):
+        """Points all over a patch, just outside of it."""
+        return self.around.starts(patch, FRONT, HOLDING_POINTS)[0]
 
     def _is_within(self, patch, partner):
         starts, _ = self.around.starts(patch, FRONT)

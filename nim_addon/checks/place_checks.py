@@ -12,7 +12,7 @@ from .surroundings import Surroundings
 # Degrees between smooth neighbours: UV spheres of 16 x 8, 24 x 12, 32 x 16 (22.5, 15, 11.25) show what is behind them
 # 3.0, 1.5 and 0.9 % wrong (n = -1.5, blocks of 4 x 4 of 64 x 64 pixels): it goes with the square.
 COARSE, COARSE_ERROR = 12.5, 3.0 / 22.5**2
-MANY = 100_000  # faces of a mesh that is not coarse
+MOST_FACES = 100_000  # faces of a mesh that is not coarse
 # Times its size, from the origin: at 2,900 times a sphere shows what is behind it 0.6 to 2 % wrong, at 29,000 3 to 9 %.
 FAR = 2_000
 # Of the points on an object that lie on faces of another: beyond, it is a copy.
@@ -99,7 +99,7 @@ def _is_adaptive(obj, modifier):
 def coarseness(mesh: bpy.types.Mesh) -> float:
     """The angle in degrees between faces that are shaded as one surface: root of its mean square, over all of a mesh."""
     edges, faces = len(mesh.edges), len(mesh.polygons)
-    if faces > MANY:
+    if faces > MOST_FACES:
         return 0.0
     smooth = meshes.read(mesh.polygons, "use_smooth", kind=bool)
     if not smooth.any():

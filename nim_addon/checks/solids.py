@@ -46,12 +46,12 @@ class Part(NamedTuple):
     faces: int
 
     @property
-    def closed(self):
+    def closed(self) -> bool:
         """Whether it has an inside and an outside by itself."""
         return not (self.holes or self.seams) and self.orientable
 
     @property
-    def is_sheet(self):
+    def is_sheet(self) -> bool:
         """Whether its faces look one way, so that it bounds a half-space rather than a body."""
         return self.net > SHEET * self.area
 
@@ -123,7 +123,7 @@ class Solid:
         return ahead
 
     @property
-    def count(self):
+    def count(self) -> int:
         """How many faces."""
         return len(self.material)
 
@@ -254,7 +254,7 @@ class Solid:
         return holes, seams
 
     @cached_property
-    def tree(self):
+    def tree(self) -> BVHTree:
         """The BVHTree of the faces, as polygons of the mesh."""
         return BVHTree.FromPolygons(self.points.tolist(), meshes.faces(self.corners, self.begins))
 

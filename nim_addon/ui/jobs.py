@@ -138,8 +138,8 @@ def start(work: Work, folder: str | Path) -> Job:
     """Start a Job and the timer that looks after it; OSError where it cannot be started."""
     global _job
     _job = Job(work, folder)
-    if not bpy.app.timers.is_registered(_tick):
-        bpy.app.timers.register(_tick, first_interval=INTERVAL, persistent=True)
+    if not bpy.app.timers.is_registered(tick):
+        bpy.app.timers.register(tick, first_interval=INTERVAL, persistent=True)
     return _job
 
 
@@ -149,7 +149,8 @@ def end() -> None:
         _job.cancel()
 
 
-def _tick():
+def tick() -> float | None:
+    """Look after the job, as a timer: show how far it is, and ask to be called again while it runs."""
     running = _job is not None and _job.look()
     status = f"{_job.title}: {_job.text()}" if running else None
     for window in bpy.context.window_manager.windows:
@@ -410,7 +411,7 @@ def unregister():
     global _job
     end()
     _job = None
-    if bpy.app.timers.is_registered(_tick):
-        bpy.app.timers.unregister(_tick)
+    if bpy.app.timers.is_registered(tick):
+        bpy.app.timers.unregister(tick)
         _clear_status()
     atexit.unregister(end)

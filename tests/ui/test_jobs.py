@@ -114,7 +114,7 @@ def test_disabling_the_add_on_ends_the_job(settings, addon, press):
     addon_utils.disable(addon, default_set=True)
     assert process.poll() is not None
     assert jobs.job() is None
-    assert not bpy.app.timers.is_registered(jobs._tick)
+    assert not bpy.app.timers.is_registered(jobs.tick)
 
 
 def test_a_process_that_cannot_be_started_is_reported(settings, press, monkeypatch):

@@ -4,7 +4,7 @@
 import bpy
 
 import nim_addon
-from nim_addon.cycles.closures import backends
+from nim_addon.base import options
 from nim_addon.ui import preferences
 
 
@@ -24,7 +24,7 @@ def test_settings_without_being_enabled_are_the_defaults(default_file):
 
 
 def test_the_backends_are_those_of_the_material():
-    assert tuple(item[0] for item in preferences.BACKENDS) == backends.BACKENDS
+    assert tuple(item[0] for item in preferences.BACKENDS) == options.BACKENDS
     assert [item[4] for item in preferences.BACKENDS] == [0, 1, 2]
 
 

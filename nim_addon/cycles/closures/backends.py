@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import bpy
 
-BACKENDS = ("auto", "osl", "nodes")
+from ...base.options import BACKENDS
 
 
 def osl_available() -> bool:

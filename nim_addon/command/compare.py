@@ -82,9 +82,9 @@ def render_side_by_side(requests: dict[str, Request], folder: str, joined: str, 
 
     images = []
     for name, request in requests.items():
-        made = carry_out(request, folder, name, output)
-        images.append((made.exr, made.png))
+        rendered = carry_out(request, folder, name, output)
+        images.append((rendered.exr, rendered.png))
         output.written(images[-1])
-    common = {key: value for key, value in made.record.items() if key != "parameters"}
+    common = {key: value for key, value in rendered.record.items() if key != "parameters"}
     joint = montage(folder, joined, images, {**common, **compared, "images": list(requests)})
-    output.end(joint, made.record["size"], made.record["samples"])
+    output.end(joint, rendered.record["size"], rendered.record["samples"])

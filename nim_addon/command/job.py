@@ -36,9 +36,9 @@ def run(text: str) -> None:
         if joined:
             return render_side_by_side(requests, folder, joined, compared, output)
         for name, request in requests.items():
-            made = carry_out(request, folder, name, output)
-            output.written([made.exr, made.png])
-        output.end([], made.record["size"], made.record["samples"])
+            rendered = carry_out(request, folder, name, output)
+            output.written([rendered.exr, rendered.png])
+        output.end([], rendered.record["size"], rendered.record["samples"])
 
 
 if __name__ == "__main__":

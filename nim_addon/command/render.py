@@ -107,8 +107,8 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.frames:
         return _render_frames(request, arguments, name)
     with Output(arguments, 1) as output:
-        made = carry_out(request, arguments.out, name, output, blend=arguments.blend, made_with=made_with)
-        output.end([made.exr, made.png], made.record["size"], made.record["samples"])
+        rendered = carry_out(request, arguments.out, name, output, blend=arguments.blend, made_with=made_with)
+        output.end([rendered.exr, rendered.png], rendered.record["size"], rendered.record["samples"])
 
 
 def with_options(request: Request, arguments: argparse.Namespace) -> Request:
@@ -130,9 +130,9 @@ def _render_frames(request, arguments, name):
     with Output(arguments, len(moments)) as output:
         for frame, moment in moments.items():
             output.frame = frame
-            made = carry_out(moment, arguments.out, f"{name}_{frame:04}", output, keep=True, blend=arguments.blend)
-            output.written([made.exr, made.png])
-        output.end([], made.record["size"], made.record["samples"])
+            rendered = carry_out(moment, arguments.out, f"{name}_{frame:04}", output, keep=True, blend=arguments.blend)
+            output.written([rendered.exr, rendered.png])
+        output.end([], rendered.record["size"], rendered.record["samples"])
 
 
 def carry_out(
@@ -154,10 +154,10 @@ def carry_out(
         return output.showing(name, samples)
 
     with refused():
-        made = request.render(folder, name, keep=keep, blend=blend, showing=showing, tracing=output.tracing)
-    if made.was_there and not output.quiet:
-        note(f"{made.exr} is there already.")
-    return made
+        rendered = request.render(folder, name, keep=keep, blend=blend, showing=showing, tracing=output.tracing)
+    if rendered.was_there and not output.quiet:
+        note(f"{rendered.exr} is there already.")
+    return rendered
 
 
 @contextlib.contextmanager

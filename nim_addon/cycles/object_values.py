@@ -7,35 +7,38 @@ a value is the same on the copy as a property of that name, wherever the object 
 
 from __future__ import annotations
 
+from typing import Any
+
 import bpy
 
 from .nodes import Nodes
 from .visibility import Shown, asked
 
 RANDOM, LOCATION = "nim_random", "nim_location"  # properties of copies, for what Object Info says of the object
-LIKE = ("color", "pass_index")
+LIKE = ("color", "pass_index")  # the properties of an object that nodes ask for
+Reads = set[tuple[str, str]]  # (type, name) of attributes, as of an Attribute node
 
 
-def values_of(one: Shown, scene: bpy.types.Scene, reads: set | None = None) -> dict:
+def values_of(surface: Shown, scene: bpy.types.Scene, reads: Reads | None = None) -> dict[str, Any]:
     """Custom properties that a copy of what is Shown must have for its materials to look the same.
 
     reads: attributes_of() all its materials, where they are known
 
     Raises ValueError, one sentence, where a material reads an attribute of an instance, which cannot be known.
     """
-    values = {RANDOM: one.random, LOCATION: list(one.matrix.translation)}
+    values = {RANDOM: surface.random, LOCATION: list(surface.matrix.translation)}
     if reads is None:
-        reads = set().union(*(attributes_of(material) for material in one.materials))
-    for kind, name in sorted(reads):
-        if kind == "INSTANCER" and not one.single and _has_own_attributes(one.parent):
+        reads = set().union(*(attributes_of(material) for material in surface.materials))
+    for source, name in sorted(reads):
+        if source == "INSTANCER" and not surface.single and _has_own_attributes(surface.parent):
             raise ValueError(
-                f"a material of {one.original.name} reads {name} of each instance that {one.parent.name} makes, and such are "
-                "not traced; realize the instances, or take the attribute out of it."
+                f"a material of {surface.original.name} reads {name} of each instance that {surface.parent.name} makes, and "
+                "such are not traced; realize the instances, or take the attribute out of it."
             )
-        owners = [one.object, one.object.data]
-        if kind == "INSTANCER" and one.parent:
-            owners.insert(0, one.parent)
-        if kind == "VIEW_LAYER":
+        owners = [surface.object, surface.object.data]
+        if source == "INSTANCER" and surface.parent:
+            owners.insert(0, surface.parent)
+        if source == "VIEW_LAYER":
             owners = [scene.view_layers[0], scene, scene.world]
         found = next((value for owner in owners if owner and (value := number(owner, name)) is not None), None)
         if found is not None:
@@ -43,8 +46,8 @@ def values_of(one: Shown, scene: bpy.types.Scene, reads: set | None = None) -> d
     return values
 
 
-def attributes_of(material: bpy.types.Material | None) -> set:
-    """(kind, name) of the attributes that a material reads of its object, its instancer or its view layer."""
+def attributes_of(material: bpy.types.Material | None) -> Reads:
+    """The attributes that a material reads of its object, its instancer or its view layer."""
     nodes = [node for socket in ("Surface", "Volume") for node, _ in asked(material, socket)]
     return {
         (node.attribute_type, node.attribute_name)
@@ -53,7 +56,7 @@ def attributes_of(material: bpy.types.Material | None) -> set:
     }
 
 
-def number(owner: bpy.types.ID, name: str):
+def number(owner: bpy.types.bpy_struct, name: str) -> float | list[float] | None:
     """A property of that name or path, as Cycles reads it: a float or up to four of them, or None."""
     try:
         value = owner[name] if name in owner else owner.path_resolve(name)
@@ -68,7 +71,7 @@ def number(owner: bpy.types.ID, name: str):
     return parts if 0 < len(parts) <= 4 else None
 
 
-def give(copy: bpy.types.Object, values: dict, original: bpy.types.Object) -> None:
+def give(copy: bpy.types.Object, values: dict[str, Any], original: bpy.types.Object) -> None:
     """Let a copy of an object look the same to its materials; values: of values_of()."""
     for name in LIKE:
         setattr(copy, name, getattr(original, name))
@@ -95,4 +98,4 @@ def carry(material: bpy.types.Material) -> None:
 
 
 def _has_own_attributes(parent):
-    return bool(parent.particle_systems) or any(one.type == "NODES" for one in parent.modifiers)
+    return bool(parent.particle_systems) or any(modifier.type == "NODES" for modifier in parent.modifiers)

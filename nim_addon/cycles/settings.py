@@ -14,7 +14,7 @@ from .problem import Problem
 # path that has used them up is black; paths that lose light end early by Russian roulette, so a high limit costs little.
 BOUNCES = 1024
 # Below this a picture with a few NIMs, or with one of many folds, has black spots; Blender starts with 8 and 4.
-FEWEST = 64
+FEWEST_BOUNCES = 64
 
 
 class Loss(NamedTuple):
@@ -26,8 +26,8 @@ class Loss(NamedTuple):
     """
 
     code: str
-    values: dict
-    wrong: Callable
+    values: dict[str, float | bool]
+    wrong: Callable[..., bool]
     text: str
     remedy: str
 
@@ -48,14 +48,14 @@ LOSSES = (
     Loss(
         "transparent_bounces",
         {"cycles.transparent_max_bounces": BOUNCES},
-        _below(FEWEST),
+        _below(FEWEST_BOUNCES),
         "Transparent bounces: {worst}. Each bend backwards is one, and after the last the path is black.",
         "Raise them",
     ),
     Loss(
         "bounces",
         {f"cycles.{kind}_bounces": BOUNCES for kind in ("max", "glossy", "transmission")},
-        _below(FEWEST),
+        _below(FEWEST_BOUNCES),
         "Light bounces: {worst}. Each reflection and each bend forwards is one, and after the last the path is black.",
         "Raise them",
     ),
@@ -121,15 +121,15 @@ def losses(scene: bpy.types.Scene) -> list[Problem]:
     return found
 
 
-def mend(scene, problem):
+def mend(scene: bpy.types.Scene, problem: Problem) -> None:
     """Set what the Loss of that problem's code is about to what loses nothing."""
     (values,) = (loss.values for loss in LOSSES if loss.code == problem.code)
     for path, value in values.items():
         _put(scene, path, value)
 
 
-def lossless(scene, backend):
-    """Set `scene` (bpy.types.Scene) to render interfaces with Cycles, without bias; size and samples stay as they are.
+def lossless(scene: bpy.types.Scene, backend: str) -> None:
+    """Set a scene to render interfaces with Cycles, without bias; size and samples stay as they are.
 
     backend: "osl" or "nodes" (material.resolve)
     """
@@ -151,8 +151,8 @@ def _put(scene, path, value):
         setattr(getattr(scene, owner), name, value)
 
 
-def one_sample(scene, index, total):
-    """Let `scene` render sample `index` of `total` alone, counted from 0."""
+def one_sample(scene: bpy.types.Scene, index: int, total: int) -> None:
+    """Let a scene render sample `index` of `total` alone, counted from 0."""
     cycles = scene.cycles
     cycles.sample_offset = index
     if hasattr(cycles, "use_sample_subset"):  # from 4.5

@@ -8,8 +8,8 @@ come from geometry nodes, from an instance, or from the view layer; nodes are re
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
-from typing import NamedTuple
+from collections.abc import Container, Iterator
+from typing import Any, NamedTuple
 
 import bpy
 import mathutils
@@ -27,7 +27,7 @@ class Shown(NamedTuple):
 
     object:    evaluated; of an instance that geometry nodes made without an object, the object that makes it
     original:  the object of the file that it is, or that it is an instance of
-    matrix:    of this instance, mathutils.Matrix
+    matrix:    of this instance; frozen, so that a copy of it is what can be decomposed
     materials: original materials or None, by the material index of faces; at least one
     single:    whether it is that object itself, not an instance of it
     parent:    the original object that makes the instances, or None
@@ -38,7 +38,7 @@ class Shown(NamedTuple):
     object: bpy.types.Object
     original: bpy.types.Object
     matrix: mathutils.Matrix
-    materials: tuple
+    materials: tuple[bpy.types.Material | None, ...]
     single: bool
     parent: bpy.types.Object | None
     mesh: bpy.types.Mesh
@@ -49,26 +49,26 @@ class Asked(NamedTuple):
     """A node that a render asks, and `path`, the group nodes that it lies within, the outermost first."""
 
     node: bpy.types.Node
-    path: tuple
+    path: tuple[bpy.types.Node, ...]
 
 
 # ------------------------------------------------------------------------------------------------ objects
 
 
-def is_rendered(thing):
+def is_rendered(obj: bpy.types.Object) -> bool:
     """Whether an object is seen in renders without baked caustics, wherever one of its collections or instances is."""
-    return not thing.get(CAUSTICS_MARK) and (not thing.hide_render or bool(thing.get(CAUSTICS_HIDDEN)))
+    return not obj.get(CAUSTICS_MARK) and (not obj.hide_render or bool(obj.get(CAUSTICS_HIDDEN)))
 
 
-def rendered(scene, view=None):
+def rendered(scene: bpy.types.Scene, view: bpy.types.ViewLayer | None = None) -> list[bpy.types.Object]:
     """The objects, in the order of the scene, that a render of `scene` without baked caustics shows by themselves.
 
-    view: the bpy.types.ViewLayer that is rendered; None for the first
+    view: the view layer that is rendered; None for the first
     """
     held = set()
     for layer in _layers(scene, view):
         held.update(layer.collection.objects)
-    return [thing for thing in scene.objects if thing in held and is_rendered(thing)]
+    return [obj for obj in scene.objects if obj in held and is_rendered(obj)]
 
 
 def _layers(scene, view=None):
@@ -87,7 +87,7 @@ def _layers(scene, view=None):
 
 
 @contextlib.contextmanager
-def as_rendered(scene):
+def as_rendered(scene: bpy.types.Scene) -> Iterator[bpy.types.Depsgraph]:
     """The depsgraph of `scene` with its objects and modifiers as a render sees them, not as the viewport shows them.
 
     Where the two differ it changes the scene for as long, so it is for operators and commands, not for drawing.
@@ -105,21 +105,21 @@ def as_rendered(scene):
             put(layer.collection, "hide_viewport", False)
         _close_eyes(scene, closed, False)
         shown = set(rendered(scene))
-        for thing in scene.objects:
-            if thing in shown:
-                put(thing, "hide_viewport", False)
-                if thing.hide_get(view_layer=view):
-                    eyes.append(thing)
-                    thing.hide_set(False, view_layer=view)
-            for modifier in thing.modifiers:
+        for obj in scene.objects:
+            if obj in shown:
+                put(obj, "hide_viewport", False)
+                if obj.hide_get(view_layer=view):
+                    eyes.append(obj)
+                    obj.hide_set(False, view_layer=view)
+            for modifier in obj.modifiers:
                 put(modifier, "show_viewport", modifier.show_render)
                 if hasattr(modifier, "render_levels"):
                     put(modifier, "levels", modifier.render_levels)
         with bpy.context.temp_override(scene=scene, view_layer=view):
             yield bpy.context.evaluated_depsgraph_get()
     finally:
-        for thing in eyes:
-            thing.hide_set(True, view_layer=view)
+        for obj in eyes:
+            obj.hide_set(True, view_layer=view)
         for owner, name, value in reversed(changed):
             setattr(owner, name, value)
         _close_eyes(scene, closed, True)
@@ -139,19 +139,19 @@ def shown(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> Iterator[Sh
     override = scene.view_layers[0].material_override
     alone = set(rendered(scene))
     for instance in depsgraph.object_instances:
-        thing = instance.object
-        original, parent = thing.original, instance.parent and instance.parent.original
+        obj = instance.object
+        original, parent = obj.original, instance.parent and instance.parent.original
         own = instance.is_instance and original.type != "MESH" and parent == original
         single = not instance.is_instance or own
         there = original in alone if single else is_instance_rendered(original, parent, alone)
         # curves, texts and the like are there a second time, as the mesh that they become
-        if thing.type == "MESH" and instance.show_self and there:
-            materials = materials_of(thing, override)
+        if obj.type == "MESH" and instance.show_self and there:
+            materials = materials_of(obj, override)
             matrix = instance.matrix_world.copy().freeze()
             random = (instance.random_id if instance.is_instance else _hash(original.name)) % 2**32 / (2**32 - 1)
-            # `thing` of an instance lasts until the next one, which takes its place
-            lasting = instance.instance_object or thing
-            yield Shown(lasting, original, matrix, materials, single, parent or None, thing.data, random)
+            # `obj` of an instance lasts until the next one, which takes its place
+            lasting = instance.instance_object or obj
+            yield Shown(lasting, original, matrix, materials, single, parent or None, obj.data, random)
 
 
 def _hash(name):
@@ -174,38 +174,42 @@ def _hash(name):
     return less(c, b, 24)
 
 
-def lamps(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> list:
+def lamps(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> list[bpy.types.Object]:
     """The lamps, as objects of the file, that a render shows: by themselves or as instances; each once."""
     alone = rendered(scene)
-    found = [thing for thing in alone if thing.type == "LIGHT"]
+    found = [obj for obj in alone if obj.type == "LIGHT"]
     alone = set(alone)
     for instance in depsgraph.object_instances:
         if instance.is_instance and instance.object.type == "LIGHT":
-            thing = instance.object.original
-            if is_instance_rendered(thing, instance.parent and instance.parent.original, alone):
-                found.append(thing)
+            lamp = instance.object.original
+            if is_instance_rendered(lamp, instance.parent and instance.parent.original, alone):
+                found.append(lamp)
     return list(dict.fromkeys(found))
 
 
-def is_instance_rendered(thing, parent, alone):
-    """Whether a render shows an instance of `thing` that `parent` makes; alone: the objects that it shows by themselves."""
-    if parent not in alone or thing.get(CAUSTICS_MARK):
+def is_instance_rendered(
+    obj: bpy.types.Object, parent: bpy.types.Object | None, alone: Container[bpy.types.Object]
+) -> bool:
+    """Whether a render shows an instance of an object that `parent` makes; alone: the objects that it shows by themselves."""
+    if parent not in alone or obj.get(CAUSTICS_MARK):
         return False
     # geometry nodes render an object that they make instances of even where it is hidden itself
-    return is_rendered(thing) or parent.instance_type == "NONE"
+    return is_rendered(obj) or parent.instance_type == "NONE"
 
 
-def materials_of(thing: bpy.types.Object, override: bpy.types.Material | None = None) -> tuple:
+def materials_of(
+    obj: bpy.types.Object, override: bpy.types.Material | None = None
+) -> tuple[bpy.types.Material | None, ...]:
     """The original materials, or None, in the slots of an evaluated object; `override`: what a view layer puts there."""
-    worn = [slot.material for slot in thing.material_slots] or [None]
+    worn = [slot.material for slot in obj.material_slots] or [None]
     return tuple(override or (material and material.original) for material in worn)
 
 
 # ------------------------------------------------------------------------------------------------ nodes
 
 
-def has_nodes(material):
-    """Whether a bpy.types.Material, or None, is made of nodes; else it is a plain diffuse one."""
+def has_nodes(material: bpy.types.Material | None) -> bool:
+    """Whether a material, or none, is made of nodes; else it is a plain diffuse one."""
     return material is not None and uses_nodes(material)
 
 
@@ -233,11 +237,11 @@ def asked(material: bpy.types.Material | None, socket: str = "Surface") -> list[
         node, path = source[0].node, source[1]
         if (node, path) not in found:
             found[node, path] = Asked(node, path)
-            queue += [(one, path) for one in node.inputs]
+            queue += [(own, path) for own in node.inputs]
     return list(found.values())
 
 
-def source_of(socket: bpy.types.NodeSocket, path: tuple = ()) -> tuple | None:
+def source_of(socket: bpy.types.NodeSocket, path: tuple = ()) -> tuple[bpy.types.NodeSocket, tuple] | None:
     """The output that feeds an input in the end, and the path of its node, through reroutes, muted nodes and groups.
 
     None where nothing does: the value is then that of value_of().
@@ -246,7 +250,7 @@ def source_of(socket: bpy.types.NodeSocket, path: tuple = ()) -> tuple | None:
     return end if end[0].is_output else None
 
 
-def end_of(socket: bpy.types.NodeSocket, path: tuple = ()) -> tuple:
+def end_of(socket: bpy.types.NodeSocket, path: tuple = ()) -> tuple[bpy.types.NodeSocket, tuple]:
     """The output that feeds an input in the end, or the unlinked input whose value counts; and its path."""
     while True:
         links = [link for link in socket.links if link.is_valid and not link.is_muted]
@@ -265,7 +269,7 @@ def end_of(socket: bpy.types.NodeSocket, path: tuple = ()) -> tuple:
             socket = inner
         elif node.type == "GROUP" and node.node_tree and not is_interface(node):
             leave = next(
-                (one for one in node.node_tree.nodes if one.type == "GROUP_OUTPUT" and one.is_active_output), None
+                (end for end in node.node_tree.nodes if end.type == "GROUP_OUTPUT" and end.is_active_output), None
             )
             if leave is None:
                 return socket, path
@@ -277,10 +281,10 @@ def end_of(socket: bpy.types.NodeSocket, path: tuple = ()) -> tuple:
 
 
 def _named(sockets, other):
-    return next((one for one in sockets if one.identifier == other.identifier), None)
+    return next((socket for socket in sockets if socket.identifier == other.identifier), None)
 
 
-def value_of(socket: bpy.types.NodeSocket, path: tuple = ()):
+def value_of(socket: bpy.types.NodeSocket, path: tuple = ()) -> Any:
     """The value of an input where no node but Value and RGB nodes decides it, a number or a tuple; else None."""
     end, _ = end_of(socket, path)
     if end.is_output and end.node.type not in ("VALUE", "RGB"):

@@ -12,10 +12,9 @@ from nim_addon import caustics
 from nim_addon.caustics import lights
 from nim_addon.caustics.lights import Sun
 from nim_addon.cycles.material import interface_material
-from nim_addon.cycles.nodes import empty_tree
 from nim_addon.physics import Interface, Medium
-from nim_addon.scenes import glass, pool, shapes, sphere, surfaces
-from nim_addon.scenes.stage import Stage
+from nim_addon.scenes import glass, pool, sphere, surfaces
+from tests.caustics.rig import floor_eye, over_floor, sheet
 
 THETA = math.radians(30)
 SUN = Sun((math.sin(THETA), 0.0, -math.cos(THETA)), (2.0, 3.0, 4.0), math.radians(0.53))
@@ -25,18 +24,10 @@ ALBEDO = (0.5, 0.3, 0.1)
 @pytest.fixture
 def scene(empty_file):
     """A square metre of NIM at z = 0 over a wide floor at z = -1 in the dark, and an eye between them that sees 2 m of it."""
-    stage = Stage("surface", (128, 128), "nodes")
-    stage.mesh("Floor", *shapes.rectangle((-9, -9), (9, 9), -1.0), surfaces.plain("Floor", ALBEDO))
     material = interface_material("Surface", Medium(-1.33), backend="nodes")
-    stage.mesh("Surface", *shapes.rectangle((-0.5, -0.5), (0.5, 0.5)), material)
-    camera = stage.camera((0, 0, -0.5), (0, 0, -1), 40)
-    camera.data.type, camera.data.ortho_scale = "ORTHO", 2.0
-    dark = bpy.data.worlds.new("Dark")
-    empty_tree(dark)
-    stage.world(dark)
-    stage.scene.cycles.samples = 4
-    stage.scene.cycles.max_bounces = 0  # what the floor shines with is seen, not what that lights in turn
-    return stage.scene
+    scene = floor_eye(over_floor(material, sheet(0.5), albedo=ALBEDO, size=128), 2.0)
+    scene.cycles.samples = 4
+    return scene
 
 
 def test_the_floor_shines_with_what_the_surface_lets_through(scene, render):

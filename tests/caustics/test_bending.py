@@ -12,8 +12,8 @@ from nim_addon.caustics.photons import Tracer
 from nim_addon.cycles.material import interface_material, interface_node
 from nim_addon.cycles.nodes import Nodes, empty_tree
 from nim_addon.physics import Interface, Medium
-from nim_addon.scenes import shapes, surfaces
-from nim_addon.scenes.stage import Stage
+from nim_addon.scenes import shapes
+from tests.caustics.rig import landed_of, over_floor
 
 SIDE = 64
 DOWN = Sun((0, 0, -1), (1.0, 1.0, 1.0), 0.0)
@@ -37,20 +37,13 @@ def volume(material, kind="Absorption", density=0.5, color=(0.0, 0.5, 1.0)):
 
 def scene_of(material, shape=None):
     """A metre of it, 2 m wide, over a wide floor."""
-    stage = Stage("box", (64, 64), "nodes")
-    stage.mesh("Floor", *shapes.rectangle((-9, -9), (9, 9), -1.0), surfaces.plain("Floor", (0.5, 0.5, 0.5)))
-    stage.mesh("Box", *(shape or shapes.box((-1, -1, 0), (1, 1, 1))), material)
-    return stage.scene
+    return over_floor(material, shape or shapes.box((-1, -1, 0), (1, 1, 1))).scene
 
 
 def landed(scene, sun=DOWN, passes=4):
     """Place (N, 2) and power (N, 3), counted by Cycles, of what landed, that of all passes divided by their number."""
-    with Tracer(scene) as tracer:
-        batches = list(tracer.trace(sun, SIDE**2, passes))
-    place, power, share = (
-        np.concatenate([getattr(one, name) for one in batches]) for name in ("place", "power", "share")
-    )
-    return place, power * share[:, None] / passes
+    _, landed = landed_of(scene, sun, SIDE**2, passes)
+    return landed.place, landed.power * landed.share[:, None] / passes
 
 
 # ------------------------------------------------------------------------------------------------ volumes
@@ -95,7 +88,7 @@ def test_a_volume_that_scatters_is_refused(kind, empty_file, one_sentence):
     scene = scene_of(volume(interface_material("Milk", Medium(1.5), backend="nodes"), kind))
     with pytest.raises(ValueError) as error, Tracer(scene):
         pass
-    one_sentence(error.value, "Milk", "Box", "Volume Absorption")
+    one_sentence(error.value, "Milk", "Surface", "Volume Absorption")
 
 
 # ------------------------------------------------------------------------------------------------ glass
@@ -125,7 +118,7 @@ def test_principled_metal_is_a_mirror(empty_file):
     scene = scene_of(principled(Metallic=1.0, **{"Base Color": (0.9, 0.5, 0.2)}), shapes.rectangle((-1, -1), (1, 1)))
     place, power = landed(scene, DOWN._replace(direction=(0, 0, -1)))
     assert len(place) == 0
-    roof = scene.objects["Box"]
+    roof = scene.objects["Surface"]
     roof.rotation_euler.y = math.radians(-60)  # sends what comes from above away and down
     place, power = landed(scene)
     assert power.sum(axis=0)[0] > 0.5 and np.median(place[:, 0]) < -0.5
@@ -139,7 +132,7 @@ def test_principled_metal_is_a_mirror(empty_file):
 def test_glass_in_part_is_refused(values, empty_file, one_sentence):
     with pytest.raises(ValueError) as error, Tracer(scene_of(principled(**values))):
         pass
-    one_sentence(error.value, "Made", "Box", "Transmission", "Roughness")
+    one_sentence(error.value, "Made", "Surface", "Transmission", "Roughness")
 
 
 def test_rough_and_mixed_glass_are_refused(empty_file, one_sentence):
@@ -154,7 +147,7 @@ def test_rough_and_mixed_glass_are_refused(empty_file, one_sentence):
     ):
         with pytest.raises(ValueError) as error, Tracer(scene_of(material)):
             pass
-        one_sentence(error.value, "Made", "Box", "Roughness")
+        one_sentence(error.value, "Made", "Surface", "Roughness")
 
 
 def shadowless(shader):
@@ -177,7 +170,7 @@ def test_what_lets_shadow_rays_pass_is_refused(kind, empty_file, one_sentence):
 
     with pytest.raises(ValueError) as error, Tracer(scene_of(shadowless(shader))):
         pass
-    one_sentence(error.value, "Made", "Box", "twice", "Transparent")
+    one_sentence(error.value, "Made", "Surface", "twice", "Transparent")
 
 
 # ------------------------------------------------------------------------------------------------ groups

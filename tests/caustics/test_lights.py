@@ -16,6 +16,7 @@ from nim_addon.cycles.nodes import Nodes, empty_tree
 from nim_addon.physics import Medium
 from nim_addon.scenes import shapes, surfaces
 from nim_addon.scenes.stage import Stage
+from tests.caustics.rig import floor_eye, over_floor, sheet
 
 SIZE, BLOCKS = 32, 8
 LAMPS = {
@@ -39,16 +40,9 @@ LAMPS = {
 
 def stage_of(kind, medium):
     """A wide grey floor at z = -1 under 3 m x 3 m of a medium at z = 0 (or None), a slanting lamp, and an eye between."""
-    stage = Stage("surface", (SIZE, SIZE), "nodes")
-    stage.mesh("Floor", *shapes.rectangle((-9, -9), (9, 9), -1.0), surfaces.plain("Floor", (0.6, 0.5, 0.4)))
-    if medium:
-        material = interface_material("Surface", medium, backend="nodes")
-        stage.mesh("Surface", *shapes.rectangle((-1.5, -1.5), (1.5, 1.5)), material)
-    camera = stage.camera((0, 0, -0.5), (0, 0, -1), 40)
-    camera.data.type, camera.data.ortho_scale = "ORTHO", 4.0
-    dark = bpy.data.worlds.new("Dark")
-    empty_tree(dark)
-    stage.world(dark)
+    material = interface_material("Surface", medium, backend="nodes") if medium else None
+    stage = over_floor(material, sheet(1.5), albedo=(0.6, 0.5, 0.4), size=SIZE)
+    floor_eye(stage, 4.0)
     name, values = LAMPS[kind]
     data = bpy.data.lights.new("Lamp", name)
     data.color = (1.0, 0.8, 0.5)
@@ -56,7 +50,6 @@ def stage_of(kind, medium):
         setattr(data, key, value)
     lamp = stage.object("Lamp", data, (0.7, -0.5, 1.6))
     lamp.rotation_euler = mathutils.Vector((-0.35, 0.2, -1.0)).to_track_quat("-Z", "Y").to_euler()
-    stage.scene.cycles.max_bounces = 0
     return stage.scene
 
 

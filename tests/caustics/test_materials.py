@@ -10,54 +10,20 @@ from nim_addon.cycles.material import interface_material
 from nim_addon.cycles.nodes import Nodes, empty_tree
 from nim_addon.physics import Medium
 from nim_addon.scenes import shapes
+from tests.caustics.rig import bake, dark_scene, mesh_object, painted, sheet
 
 GLASS = Medium(1.5)
-
-
-def painted(name, color=(0.5, 0.5, 0.5)):
-    material = bpy.data.materials.new(name)
-    nodes = Nodes(empty_tree(material))
-    nodes.end(nodes.add("ShaderNodeBsdfDiffuse", inputs={"Color": color}))
-    return material
-
-
-def mesh_object(name, shape, material, slot="DATA", at=(0, 0, 0)):
-    data = bpy.data.meshes.new(name)
-    data.from_pydata(np.asarray(shape[0]).tolist(), [], shape[1])
-    data.materials.append(None)
-    thing = bpy.data.objects.new(name, data)
-    thing.location = at
-    bpy.context.scene.collection.objects.link(thing)
-    thing.material_slots[0].link = slot
-    thing.material_slots[0].material = material
-    return thing
 
 
 @pytest.fixture
 def scene(empty_file):
     """2 m of glass at z = 1 over a wide grey floor at z = 0 under a sun, and an eye between that sees 4 m of the floor."""
-    scene = bpy.context.scene
-    scene.render.engine, scene.cycles.samples, scene.cycles.max_bounces = "CYCLES", 4, 0
-    scene.render.resolution_x = scene.render.resolution_y = 32
-    scene.world = bpy.data.worlds.new("Dark")
-    empty_tree(scene.world)
-    glass = interface_material("Glass", GLASS, backend="nodes")
-    mesh_object("Surface", shapes.rectangle((-1, -1), (1, 1)), glass, at=(0, 0, 1))
-    mesh_object("Floor", shapes.rectangle((-6, -6), (6, 6)), painted("Paint"))
-    sun = bpy.data.lights.new("Sun", "SUN")
-    sun.energy, sun.angle = 1.0, 0.0
-    lamp = bpy.data.objects.new("Sun", sun)
-    lamp.location.z = 5
-    scene.collection.objects.link(lamp)
-    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
-    camera.data.type, camera.data.ortho_scale, camera.location = "ORTHO", 4.0, (0, 0, 0.5)
-    scene.collection.objects.link(camera)
-    scene.camera = camera
+    scene = dark_scene("SUN", 1.0, height=5, eye=0.5, width=4.0)
+    scene.objects["Lamp"].data.angle = 0.0
+    scene.cycles.max_bounces = 0
+    mesh_object("Surface", sheet(1), interface_material("Glass", GLASS, backend="nodes"), (0, 0, 1))
+    mesh_object("Floor", sheet(6), painted("Paint"))
     return scene
-
-
-def bake(scene, **options):
-    return caustics.bake(scene, **{"photons": 1 << 16, "texels": 128} | options)
 
 
 def through():
@@ -88,7 +54,7 @@ def test_a_nim_on_an_object_beside_another_stands_where_it_stood(scene):
     """It took light as a white surface, and a grey copy stood in its place."""
     power = bake(scene)["Floor"]
     nim = interface_material("NIM", Medium(-1.5), backend="nodes")
-    mesh_object("Other", shapes.rectangle((-1, -1), (1, 1)), nim, "OBJECT", (3, 0, 1))
+    mesh_object("Other", shapes.rectangle((-1, -1), (1, 1)), nim, (3, 0, 1), "OBJECT")
     assert bake(scene) == {"Floor": pytest.approx(2 * power, rel=0.02)}
     assert [one.name for one in caustics.baked(scene).objects if one.type == "MESH"] == ["NIM Caustics Floor"]
 

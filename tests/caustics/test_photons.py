@@ -14,7 +14,7 @@ from nim_addon.cycles.material import interface_material
 from nim_addon.cycles.visibility import PATHS_MARK
 from nim_addon.physics import Interface, Medium
 from nim_addon.scenes import shapes, surfaces
-from nim_addon.scenes.stage import Stage
+from tests.caustics.rig import landed_of, over_floor, sheet
 
 THETA = math.radians(30)
 DOWN = (math.sin(THETA), 0.0, -math.cos(THETA))
@@ -23,24 +23,15 @@ SIDE = 256
 
 def stage_of(medium, backend, *, shade=None):
     """A square metre of a medium's surface at z = 0 over a wide floor at z = -1, perhaps with a shade above it."""
-    stage = Stage("surface", (64, 64), backend)
-    stage.mesh("Floor", *shapes.rectangle((-9, -9), (9, 9), -1.0), surfaces.plain("Floor", (0.5, 0.5, 0.5)))
-    material = interface_material("Surface", medium, backend=backend)
-    stage.mesh("Surface", *shapes.rectangle((-0.5, -0.5), (0.5, 0.5)), material)
+    stage = over_floor(interface_material("Surface", medium, backend=backend), sheet(0.5), backend=backend)
     if shade:
         stage.mesh("Shade", *shapes.rectangle(*shade, 30.0), surfaces.plain("Shade", (0.5, 0.5, 0.5)))
     return stage.scene
 
 
 def landed(scene, sun, passes=4, side=SIDE):
-    with Tracer(scene) as tracer:
-        batches = list(tracer.trace(sun, side**2, passes))
-        names = np.array([chart.name for chart in tracer.charts])
-        return (
-            names[np.concatenate([one.chart for one in batches])],
-            np.concatenate([one.place for one in batches]),
-            np.concatenate([one.power for one in batches]) / passes,
-        )
+    names, landed = landed_of(scene, sun, side**2, passes)
+    return names, landed.place, landed.power / passes
 
 
 @pytest.mark.parametrize("backend", ["osl", "nodes"])

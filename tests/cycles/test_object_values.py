@@ -11,8 +11,7 @@ from nim_addon.caustics.photons import Tracer
 from nim_addon.cycles.material import asked_interfaces, interface_material
 from nim_addon.cycles.nodes import Nodes, empty_tree
 from nim_addon.physics import Interface, Medium
-from nim_addon.scenes import shapes, surfaces
-from nim_addon.scenes.stage import Stage
+from tests.caustics.rig import landed_of, over_floor, sheet
 
 SUN = Sun((0.5, 0, -1), (1.0, 1.0, 1.0), 0.0)
 N = 1.7
@@ -21,10 +20,7 @@ N = 1.7
 @pytest.fixture
 def scene(empty_file):
     """A sheet at z = 0, whose index inside is to come from elsewhere, over a floor at z = -1."""
-    stage = Stage("sheet", (32, 32), "nodes")
-    stage.mesh("Floor", *shapes.rectangle((-9, -9), (9, 9), -1.0), surfaces.plain("Floor", (0.5, 0.5, 0.5)))
-    stage.mesh("Sheet", *shapes.rectangle((-1, -1), (1, 1)), interface_material("Sheet", Medium(N), backend="nodes"))
-    return stage.scene
+    return over_floor(interface_material("Sheet", Medium(N), backend="nodes"), sheet(1), name="Sheet", size=32).scene
 
 
 def fed(thing, build):
@@ -36,9 +32,7 @@ def fed(thing, build):
 
 
 def landed(scene, passes=2):
-    with Tracer(scene) as tracer:
-        batches = list(tracer.trace(SUN, 160**2, passes))
-    return np.concatenate([one.place for one in batches])
+    return landed_of(scene, SUN, 160**2, passes)[1].place
 
 
 def index_of(scene):
@@ -58,28 +52,28 @@ def attribute(kind, name, scale=1.0):
 
 @pytest.mark.parametrize("where", ["object", "data", "path", "instancer", "scene", "view layer"])
 def test_an_attribute_reaches_the_photons(where, scene):
-    sheet = scene.objects["Sheet"]
-    owner = {"data": sheet.data, "scene": scene, "view layer": scene.view_layers[0]}.get(where, sheet)
+    surface = scene.objects["Sheet"]
+    owner = {"data": surface.data, "scene": scene, "view layer": scene.view_layers[0]}.get(where, surface)
     if where == "path":
-        sheet.empty_display_size = N
-        fed(sheet, attribute("OBJECT", "empty_display_size"))
+        surface.empty_display_size = N
+        fed(surface, attribute("OBJECT", "empty_display_size"))
     else:
         owner["n"] = N
         kind = {"scene": "VIEW_LAYER", "view layer": "VIEW_LAYER", "instancer": "INSTANCER"}.get(where, "OBJECT")
-        fed(sheet, attribute(kind, "n"))
+        fed(surface, attribute(kind, "n"))
     assert index_of(scene) == pytest.approx(N, rel=0.01)
 
 
 @pytest.mark.parametrize("output", ["Color", "Object Index", "Location"])
 def test_object_info_reaches_the_photons(output, scene):
-    sheet = scene.objects["Sheet"]
-    sheet.color, sheet.pass_index, sheet.location = (0.25, 0, 0, 1), 17, (0, 0, 0)
-    sheet.parent = bpy.data.objects.new("Sheared", None)
-    scene.collection.objects.link(sheet.parent)
+    surface = scene.objects["Sheet"]
+    surface.color, surface.pass_index, surface.location = (0.25, 0, 0, 1), 17, (0, 0, 0)
+    surface.parent = bpy.data.objects.new("Sheared", None)
+    scene.collection.objects.link(surface.parent)
     scale = {"Color": N / 0.25, "Object Index": 0.1, "Location": 1.0}[output]
     if output == "Location":
         # a sheared object, whose copy stands elsewhere
-        sheet.parent.scale, sheet.parent.location, sheet.rotation_euler.z = (1.5, 1, 1), (N, 0, 0), 0.4
+        surface.parent.scale, surface.parent.location, surface.rotation_euler.z = (1.5, 1, 1), (N, 0, 0), 0.4
 
     def build(nodes):
         source = nodes.add("ShaderNodeObjectInfo").outputs[output]
@@ -87,7 +81,7 @@ def test_object_info_reaches_the_photons(output, scene):
             source = nodes.add("ShaderNodeSeparateXYZ", inputs={0: source}).outputs[0]
         return nodes.math("MULTIPLY", source, scale)
 
-    fed(sheet, build)
+    fed(surface, build)
     shift = N if output == "Location" else 0.0
     places = landed(scene)[:, 0]
     x = (places.min() + places.max()) / 2 - shift
@@ -105,33 +99,33 @@ def look(scene, render):
 
 def test_the_random_number_is_that_of_the_object(scene, render):
     """Of what bends photons, and of the copy that takes the place of a floor."""
-    sheet = scene.objects["Sheet"]
+    surface = scene.objects["Sheet"]
     nodes = Nodes(empty_tree(bpy.data.materials.new("Random")))
     random = nodes.add("ShaderNodeObjectInfo").outputs["Random"]
     nodes.end(nodes.add("ShaderNodeEmission", inputs={"Color": (1, 1, 1), "Strength": random}))
-    kept = sheet.material_slots[0].material
-    sheet.material_slots[0].material = bpy.data.materials["Random"]
+    kept = surface.material_slots[0].material
+    surface.material_slots[0].material = bpy.data.materials["Random"]
     stage_camera(scene)
     number = look(scene, render)
-    sheet.material_slots[0].material = kept
+    surface.material_slots[0].material = kept
 
     def build(nodes):
         random = nodes.add("ShaderNodeObjectInfo").outputs["Random"]
         return nodes.math("ADD", 1.0, random)
 
-    fed(sheet, build)
+    fed(surface, build)
     assert 0.01 < number < 1
     assert index_of(scene) == pytest.approx(1 + number, rel=0.01)
     # the floor shines by its number, and diffusely too
     floor = scene.objects["Floor"]
     tree = floor.material_slots[0].material.node_tree
     nodes = Nodes(tree)
-    surface = tree.get_output_node("CYCLES").inputs["Surface"]
+    shown = tree.get_output_node("CYCLES").inputs["Surface"]
     random = nodes.add("ShaderNodeObjectInfo").outputs["Random"]
     glow = nodes.add("ShaderNodeEmission", inputs={"Color": (1, 1, 1), "Strength": random})
-    both = nodes.add("ShaderNodeAddShader", inputs={0: surface.links[0].from_socket, 1: glow.outputs[0]})
-    nodes.feed(surface, both.outputs[0])
-    sheet.visible_camera = False
+    both = nodes.add("ShaderNodeAddShader", inputs={0: shown.links[0].from_socket, 1: glow.outputs[0]})
+    nodes.feed(shown, both.outputs[0])
+    surface.visible_camera = False
     before = look(scene, render)
     caustics.bake(scene, [SUN], texels=64, photons=1 << 12)
     for thing in caustics.baked(scene).objects:
@@ -153,8 +147,8 @@ def test_instances_made_by_geometry_nodes_are_traced_but_not_by_their_attributes
     tree = bpy.data.node_groups.new("Cubes", "GeometryNodeTree")
     for way in ("INPUT", "OUTPUT"):
         tree.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")
-    sheet = scene.objects["Sheet"]
-    material = sheet.material_slots[0].material
+    surface = scene.objects["Sheet"]
+    material = surface.material_slots[0].material
     kinds = "NodeGroupInput", "GeometryNodeInstanceOnPoints", "GeometryNodeMeshGrid", "GeometryNodeSetMaterial"
     enter, points, grid, wear, leave = map(tree.nodes.new, (*kinds, "NodeGroupOutput"))
     for name in ("Size X", "Size Y"):
@@ -169,7 +163,7 @@ def test_instances_made_by_geometry_nodes_are_traced_but_not_by_their_attributes
     makes = bpy.data.objects.new("Makes", point)
     scene.collection.objects.link(makes)
     makes.modifiers.new("Cubes", "NODES").node_group = tree
-    bpy.data.objects.remove(sheet)
+    bpy.data.objects.remove(surface)
     assert index_of(scene) == pytest.approx(N, rel=0.01)
     node = asked_interfaces(material)[0].node
     nodes = Nodes(material.node_tree)

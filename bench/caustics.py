@@ -66,9 +66,10 @@ def speed(options):
         for million in (options.memory, 8 * options.memory):
             command = [sys.executable, __file__, "--one", liquid, "--most", str(million)]
             done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True)
-            one = json.loads(done.stdout.strip().splitlines()[-1])
+            measured = json.loads(done.stdout.strip().splitlines()[-1])
             print(
-                f"{liquid:8}{million:16g}{one['clock']:9.1f}{one['processors']:13.1f}{one['rate']:26,.0f}{one['peak']:9.0f}",
+                f"{liquid:8}{million:16g}{measured['clock']:9.1f}{measured['processors']:13.1f}"
+                f"{measured['rate']:26,.0f}{measured['peak']:9.0f}",
                 flush=True,
             )
 
@@ -137,11 +138,11 @@ def photon_rows(scene, fine, options):
     """Print a line for ever more photons, until the goal is reached; returns the Points."""
     curve, million = [], options.least
     while True:
-        one = traced(scene, million * 1e6, 1)
-        irradiance = one.floor.gathered(one.irradiance, one.density, fine.shape[2])
+        result = traced(scene, million * 1e6, 1)
+        irradiance = result.floor.gathered(result.irradiance, result.density, fine.shape[2])
         errors = [error(coarser(irradiance, times), coarser(fine, times)) for times in (1, 2, 4)]
-        line(f"{million:g} million photons", one.spent, errors)
-        curve.append(Point(one.spent, errors[1], irradiance.mean()))
+        line(f"{million:g} million photons", result.spent, errors)
+        curve.append(Point(result.spent, errors[1], irradiance.mean()))
         million *= 4
         if errors[1] < GOAL or million > options.most:
             return curve
@@ -149,18 +150,18 @@ def photon_rows(scene, fine, options):
 
 def line(name, spent, errors, rest=""):
     """Print one estimate."""
-    cells = "".join(f"{one:>10.2%}" if one is not None else f"{'':10}" for one in errors)
+    cells = "".join(f"{share:>10.2%}" if share is not None else f"{'':10}" for share in errors)
     print(f"{name:26}{spent.clock:9.1f}{spent.processors:13.1f}{'':24}{cells}{rest}", flush=True)
 
 
 def to_goal(curve):
     """Print and return the Spent until the error is GOAL, by the power of the time between the last two Points."""
-    one, other = curve[-2:] if len(curve) > 1 else (curve[0], curve[0])
-    word = "reached" if other.error <= GOAL < one.error else "less" if other.error <= GOAL else "extrapolated"
+    before, last = curve[-2:] if len(curve) > 1 else (curve[0], curve[0])
+    word = "reached" if last.error <= GOAL < before.error else "less" if last.error <= GOAL else "extrapolated"
     ratio = 0.0
-    if one.error > other.error > 0:
-        ratio = math.log(one.error / GOAL) / math.log(one.error / other.error)
-    spent = Spent(*(a * (b / a) ** ratio for a, b in zip(one.spent, other.spent, strict=True)))
+    if before.error > last.error > 0:
+        ratio = math.log(before.error / GOAL) / math.log(before.error / last.error)
+    spent = Spent(*(a * (b / a) ** ratio for a, b in zip(before.spent, last.spent, strict=True)))
     line("  time to 5 %, photons", spent, [None, GOAL, None], f"   {word}")
     return spent
 
@@ -176,7 +177,7 @@ def path_row(scene, halves, guiding, photons, reached, options):
     line(
         f"{name}, {min(samples, options.samples)} spp", spent, [None, off, error(coarser(found, 2), coarser(halves, 2))]
     )
-    goal = Spent(*(one * (off / GOAL) ** 2 for one in spent))
+    goal = Spent(*(taken * (off / GOAL) ** 2 for taken in spent))
     ratio = Spent(*(a / b for a, b in zip(goal, reached, strict=True)))
     seconds = math.sqrt(max(np.mean((found - halves.mean(axis=0)) ** 2), 0)) / math.sqrt(found.size) / halves.mean()
     print(
@@ -196,18 +197,18 @@ def kernels(options):
         wide = "".join(f"{edge * times:>9.1f}mm" for times in (1, 2, 4))
         print(f"{liquid + ', cells of':42}{wide}")
         for million in options.photons:
-            one = traced(scene, million * 1e6, 1)
-            for name, irradiance in estimates(one):
-                found = one.floor.gathered(irradiance, one.density, fine.shape[2])
+            result = traced(scene, million * 1e6, 1)
+            for name, irradiance in estimates(result):
+                found = result.floor.gathered(irradiance, result.density, fine.shape[2])
                 errors = [error(coarser(found, times), coarser(fine, times)) for times in (1, 2, 4)]
                 print(f"{f'{million:g} million, {name}':42}" + "".join(f"{off:>11.2%}" for off in errors), flush=True)
 
 
-def estimates(one):
+def estimates(result):
     """Names of estimates and their irradiance (H, W) a texel, of a Traced."""
     from nim_addon.caustics.density import ENOUGH
 
-    density, floor, area = one.density, one.floor, one.area
+    density, floor, area = result.density, result.floor, result.area
     texture = density.textures[floor.name]
     window = texture.windows[floor.key]
     span = slice(texture.first, texture.first + texture.size)
@@ -216,7 +217,7 @@ def estimates(one):
     def here(values):
         return values[:, span].sum(axis=0).reshape(texture.shape)[rows, columns].astype(float)
 
-    flux, count = here(density.flux[:, 0]) / one.passes, here(density.count)
+    flux, count = here(density.flux[:, 0]) / result.passes, here(density.count)
     for name, found in (
         ("histogram of texels", np.divide(flux, area, out=np.zeros_like(flux), where=area > 0)),
         (f"photon map, the nearest {ENOUGH}", nearest(flux, count, area, ENOUGH)),
@@ -225,7 +226,7 @@ def estimates(one):
         whole = np.zeros(texture.shape)
         whole[rows, columns] = found
         yield name, whole
-    yield "our kernels", one.irradiance
+    yield "our kernels", result.irradiance
 
 
 def nearest(flux, count, area, enough):
@@ -293,13 +294,13 @@ def peers(options):
             )
 
         for million in options.photons:
-            one = traced(scene, million * 1e6, 1, light)
-            for name, irradiance in (next(estimates(one)), ("our kernels", one.irradiance)):
-                found = one.floor.gathered(irradiance, one.density, size[0])
-                show(f"{million:g} million, Cycles, {name}", million * 1e6, one.spent, found)
+            result = traced(scene, million * 1e6, 1, light)
+            for name, irradiance in (next(estimates(result)), ("our kernels", result.irradiance)):
+                found = result.floor.gathered(irradiance, result.density, size[0])
+                show(f"{million:g} million, Cycles, {name}", million * 1e6, result.spent, found)
             found, spent = peer(million * 1e6, 1)
             show(f"{million:g} million, Mitsuba, its film", million * 1e6, spent, found)
-            equal = million * 1e6 * one.spent.processors / spent.processors
+            equal = million * 1e6 * result.spent.processors / spent.processors
             found, spent = peer(equal, 2)
             show(f"{equal / 1e6:.1f} million, Mitsuba, equal time", equal, spent, found)
         peer.close()
@@ -316,12 +317,12 @@ def shapes(scene):
     from nim_addon.cycles import meshes
 
     answer = {}
-    for thing in (one for one in scene.objects if one.type == "MESH"):
-        mesh = thing.data
+    for object_ in (object_ for object_ in scene.objects if object_.type == "MESH"):
+        mesh = object_.data
         vertices, triangles, corners = meshes.vertices(mesh), meshes.triangles(mesh), meshes.corners(mesh)
         slots = meshes.read(mesh.loop_triangles, "material_index", kind=np.int32)
         normals = meshes.read(mesh.corner_normals, "vector", 3)
-        word = thing.name.partition(".")[0].lower()
+        word = object_.name.partition(".")[0].lower()
         at_vertices = np.zeros_like(vertices)
         at_vertices[corners] = normals
         kinds = {"liquid": slots >= 0} if word == "liquid" else {"floor": slots == 0, "walls": slots == 1}

@@ -57,7 +57,7 @@ class Floor:
         charts = bake.tracer.charts
         from nim_addon.caustics.density import LEVELS
 
-        number = next(k for k, one in enumerate(charts) if one.name.startswith("Basin") and one.axis == 4)
+        number = next(k for k, chart in enumerate(charts) if chart.name.startswith("Basin") and chart.axis == 4)
         self.name, self.number, self.key = charts[number].name, number, LEVELS * 2 * number
         self.low, self.high = np.asarray(charts[number].low, float), np.asarray(charts[number].high, float)
 

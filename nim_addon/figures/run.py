@@ -46,17 +46,17 @@ def make(
         check_draft(folder, figure)
     started = time.monotonic()
     backend = resolve(backend)
-    images, shown, made = {}, [], []
+    images, shown, names = {}, [], []
     for recipe in figure.recipes:
         files = _files(recipe, folder / figure.number)
         images[recipe.name] = _image(recipe, files, quality, backend, showing)
-        made += [file.stem for file in files]
+        names += [file.stem for file in files]
         if recipe.shown:
             shown.append((recipe, files[0].with_suffix(".png")))
     if figure.draw:
         drawn = _drawn(figure, folder / figure.number)
         picture = drawn[0]
-        made += [file.name for file in drawn]
+        names += [file.name for file in drawn]
     else:
         picture = _sheet(figure, folder, [file for _, file in shown])
     claims = figure.measure(images)
@@ -71,7 +71,7 @@ def make(
         "quality": quality,
         "picture": picture.relative_to(folder).as_posix(),
         "parts": [[recipe.caption, file.relative_to(folder).as_posix()] for recipe, file in shown],
-        "images": made,
+        "images": names,
         "holds": all(claim.holds for claim in claims),
         "claims": [
             {key: _plain(value) for key, value in claim._asdict().items()} | {"holds": claim.holds} for claim in claims
@@ -124,7 +124,7 @@ def _quality(file):
 
 
 def _is_final(recipe, file):
-    record, effort = _made(file), _effort(recipe, "final")
+    record, effort = _own_record(file), _effort(recipe, "final")
     return record is not None and {key: record.get(key) for key in effort} == effort
 
 
@@ -153,7 +153,7 @@ def _image(recipe, files, quality, backend, showing):
     with Session(request, persistent=recipe.seeds > 1) as session:
         for seed, file in zip(seeds, files, strict=True):
             sweep(file.parent)
-            _made(file)
+            _own_record(file)
             session.render(file.parent, file.stem, seed=seed, showing=showing)
     pose = recipe.pose or scene_type(request.scene, of_figures=True).pose(request.parameters)
     return Image(np.stack([_pixels(file) for file in files]), Camera(*pose, request.size), request.parameters)
@@ -180,7 +180,7 @@ def request_of(recipe: Recipe, quality: str = "draft", *, backend: str = "auto")
     )
 
 
-def _made(file):
+def _own_record(file):
     """The record of an image that is there, both files whole, else None; OSError where another version made it."""
     record = record_of(file)
     if record is not None and record.get("nimray") != VERSION:

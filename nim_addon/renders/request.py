@@ -33,7 +33,14 @@ from .values import CHECKS, RECORDED, version_numbers
 
 FEW_PHOTONS = 1 << 20  # fewer than these are baked into small textures
 TEXELS = 512, 2048  # edges of the largest texture, of few photons and of many
-OF_A_SCENE = ("scene", "parameters", "size", "samples", "seed", "denoise")  # what every record of one has
+OF_A_SCENE = (
+    "scene",
+    "parameters",
+    "size",
+    "samples",
+    "seed",
+    "denoise",
+)  # what the record of every render of a scene has
 
 # From the name of an image and its samples, or from its samples and photons: what render(), or bake(), reports to.
 Showing = Callable[[str, int], AbstractContextManager[Callable[[int, int, float | None], None] | None]]
@@ -118,13 +125,15 @@ class Request:
         if self.change:
             change_of(self.change)
 
-    def _fill_in(self, kind: SceneType) -> None:
-        parameters = kind.parameters() if self.parameters is None else self.parameters
-        if not isinstance(parameters, kind.parameters):
-            raise ValueError(f"{parameters!r} are no parameters of the {kind.name}; give {kind.parameters.__name__}().")
+    def _fill_in(self, type_: SceneType) -> None:
+        parameters = type_.parameters() if self.parameters is None else self.parameters
+        if not isinstance(parameters, type_.parameters):
+            raise ValueError(
+                f"{parameters!r} are no parameters of the {type_.name}; give {type_.parameters.__name__}()."
+            )
         if self.frame is not None:
-            raise ValueError(f"frame is of the animation of a .blend; the {kind.name} has parameters instead.")
-        usual = {"size": kind.size, "samples": SAMPLES, "seed": 0, "denoise": False}
+            raise ValueError(f"frame is of the animation of a .blend; the {type_.name} has parameters instead.")
+        usual = {"size": type_.size, "samples": SAMPLES, "seed": 0, "denoise": False}
         for key, value in usual.items():
             if getattr(self, key) is None:
                 self._set(key, value)
@@ -136,9 +145,9 @@ class Request:
     @classmethod
     def of(cls, scene: str, settings: Mapping[str, object] | Iterable[str] = (), **options) -> Request:
         """A request for the scene of a name, in any case, with settings: a dict, or texts "key=value"; options as above."""
-        kind = scene_type(in_any_case(scene, SCENES))
-        read = kind.parameters.of if isinstance(settings, Mapping) else kind.parameters.read
-        return cls(kind.name, read(settings), **options)
+        type_ = scene_type(in_any_case(scene, SCENES))
+        read = type_.parameters.of if isinstance(settings, Mapping) else type_.parameters.read
+        return cls(type_.name, read(settings), **options)
 
     @classmethod
     def of_blend(cls, file: str | Path, scene: str | None = None, **options) -> Request:
@@ -427,8 +436,8 @@ def _source_of(values, source):
             return {"blend": Blend.from_record(values["blend"])}
         except ValueError as error:
             raise ValueError(f"{source}: {error}") from None
-    kind = scene_type(in_any_case(values["scene"], SCENES), of_figures=True)
+    type_ = scene_type(in_any_case(values["scene"], SCENES), of_figures=True)
     try:
-        return {"scene": kind.name, "parameters": kind.parameters.of(values["parameters"])}
+        return {"scene": type_.name, "parameters": type_.parameters.of(values["parameters"])}
     except ValueError as error:
         raise ValueError(f"{source}: {error}") from None

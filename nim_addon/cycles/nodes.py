@@ -41,7 +41,7 @@ class Nodes:
         self.tree = tree
         self.added: list[bpy.types.Node] = []
 
-    def add(self, type_: str, *, inputs: Mapping[str | int, Any] | None = None, **properties: Any) -> bpy.types.Node:
+    def add(self, type_: str, *, inputs: Mapping[Any, Any] | None = None, **properties: Any) -> bpy.types.Node:
         """A node of that type; `inputs` maps a socket's name, identifier or index to what it gets."""
         node = self.tree.nodes.new(type_)
         node.location = (len(self.added) * 220, 0)

@@ -44,7 +44,7 @@ def _is_odd(letter):
     )
 
 
-def writable_folder(folder: str | Path) -> Path:
+def writable_folder(folder: str | os.PathLike[str]) -> Path:
     """Make `folder` (a path) if it is missing and return it as a Path; OSError, one sentence, if it cannot be written.
 
     What processes that were killed have left half written in it goes.
@@ -70,7 +70,7 @@ def writable_folder(folder: str | Path) -> Path:
 
 @contextlib.contextmanager
 def files_to(
-    folder: str | Path, name: str, suffixes: Iterable[str] = ()
+    folder: str | os.PathLike[str], name: str, suffixes: Iterable[str] = ()
 ) -> Iterator[tuple[Path, Callable[..., list[Path]]]]:
     """Files that appear in `folder` whole or not at all.
 
@@ -92,7 +92,7 @@ def files_to(
         yield part, finish
 
 
-def whole(file: str | Path, write: Callable[[Path], object]) -> Path:
+def whole(file: str | os.PathLike[str], write: Callable[[Path], object]) -> Path:
     """Call write(part) with the path of a temporary file, then give it the name `file`; returns the Path.
 
     A killed run leaves no half file under the name. Raises OSError, one sentence, where the file cannot be written.

@@ -78,7 +78,7 @@ def charts_of(polygons: Sequence[Sequence[int]], normals: ArrayLike) -> tuple[ND
     return number, axis[first]
 
 
-def area(parts: Sequence[Part], chart: Chart, number: int, low: NDArray, texel: float, cells: ArrayLike) -> NDArray:
+def area(parts: Sequence[Part], chart: Chart, number: int, low: NDArray, texel: float, cells: NDArray) -> NDArray:
     """Surface (height, width), m^2, of a Chart in each cell of a grid.
 
     parts: those that may hold it; number: of the chart in them

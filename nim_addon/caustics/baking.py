@@ -13,7 +13,6 @@ import math
 import time
 import zipfile
 from collections.abc import Callable, Iterator, Sequence
-from os import PathLike
 from pathlib import Path
 from typing import NamedTuple
 
@@ -190,12 +189,13 @@ class Bake:
                 placing.lamps(collection, light)
             else:
                 placing.split(collection, lamp)
-        if self._of_sky:
-            collection[SKY] = self.scene.world
-            placing.hide_sun(self.scene.world)
+        world = self.scene.world
+        if self._of_sky and world:
+            collection[SKY] = world
+            placing.hide_sun(world)
         collection[STANDING] = _standing(self.scene)
 
-    def save(self, file: str | PathLike) -> None:
+    def save(self, file: str | Path) -> None:
         """Keep the state, once a round is done, in a file, whole or not at all, for load()."""
         state = {"done": self.done, "mark": self._mark(), **self.density.state()}
 
@@ -205,7 +205,7 @@ class Bake:
 
         whole(file, write)
 
-    def load(self, file: str | PathLike) -> bool:
+    def load(self, file: str | Path) -> bool:
         """Go on from a file that save() made of the same bake; returns whether there was one. Another's is left alone."""
         try:
             with np.load(file) as state:
@@ -241,7 +241,7 @@ def bake(
     light: Sequence[lights.Light] | None = None,
     *,
     progress: Callable[[int, int], object] | None = None,
-    file: str | PathLike | None = None,
+    file: str | Path | None = None,
     **options,
 ) -> dict[str, float]:
     """Trace the caustics of a scene's lights and put them into it; returns the power that landed, as Bake.put() does.

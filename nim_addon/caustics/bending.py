@@ -7,7 +7,6 @@ absorbing volumes, has a switch: off for where photons land, on for what is left
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import bpy
@@ -127,7 +126,7 @@ class Bending:
         """Put our interface, whose crossings are counted, in the place of a Glass or Principled BSDF: they are the same."""
         nodes = Nodes(glass.id_data)
         ior = glass.inputs["IOR"]
-        inputs = {"Index Inside": fed(ior)}
+        inputs: dict[str | int, Any] = {"Index Inside": fed(ior)}
         inputs |= {"Index Outside": 1.0, "Permeability Inside": 1.0, "Permeability Outside": 1.0}
         if glass.type == "BSDF_GLASS":
             color = glass.inputs["Color"]
@@ -135,7 +134,7 @@ class Bending:
         else:  # its colour is that of two crossings, and what it reflects has none
             color = glass.inputs["Base Color"]
             parts = nodes.add("ShaderNodeSeparateColor", inputs={0: fed(color)}).outputs
-            roots = {index: nodes.math("SQRT", part) for index, part in enumerate(parts)}
+            roots: dict[str | int, Any] = {index: nodes.math("SQRT", part) for index, part in enumerate(parts)}
             inputs["Tint"], inputs[THROUGH] = WHITE, nodes.add("ShaderNodeCombineColor", inputs=roots).outputs[0]
         if glass.inputs["Normal"].is_linked:
             inputs["Normal"] = fed(glass.inputs["Normal"])
@@ -188,7 +187,7 @@ class Bending:
 # ------------------------------------------------------------------------------------------------ kinds of materials
 
 
-def kind_of(node: bpy.types.Node, path: Sequence[bpy.types.Node]) -> str | None:
+def kind_of(node: bpy.types.Node, path: tuple[bpy.types.Node, ...]) -> str | None:
     """What a closure is to photons: "glass" or "mirror", where it is sharp; "diffuse", where light lands on it; "rough",
     where it lets light through otherwise; None for all else, which only stops light.
     """
@@ -288,7 +287,7 @@ def check(material: bpy.types.Material | None, name: str) -> None:
         )
 
 
-def absorbs(material: bpy.types.Material) -> bool:
+def absorbs(material: bpy.types.Material | None) -> bool:
     """Whether the volume of a material, where it has one, takes light and does nothing else to it."""
     return all(
         node.type == "VOLUME_ABSORPTION" or node.type in MIXERS or not _is_shader(node)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -212,7 +213,8 @@ def _packed(nests, edge):
             part = 1.0 if deepest == 1 else FINEST if level == 0 else (1 - FINEST) / (deepest - 1)
             area = sum(float(np.prod(high - low)) for low, high in boxes.values())
             texel = max(np.sqrt(area / part) / edge, 1e-6) * grown
-            windows |= {LEVELS * side + level: Window.around(*box, texel) for side, box in boxes.items()}
+            for side, (low, high) in boxes.items():
+                windows[LEVELS * side + level] = Window.around(low, high, texel)
         height = _shelve(windows.values(), edge)
         if height <= edge:
             return windows, (int(height), int(edge))
@@ -269,7 +271,7 @@ def spread(flux: NDArray, others: NDArray, area: NDArray) -> NDArray:
     height, width = area.shape
     y, x = np.nonzero(flux.sum(axis=2) > 0)
 
-    def corners(radius, some=slice(None)):
+    def corners(radius: Any, some: Any = slice(None)) -> tuple:
         """Flat places in a table of the corners of the boxes about some of the texels, cut off at the edges."""
         low_y, high_y = np.maximum(y[some] - radius, 0), np.minimum(y[some] + radius + 1, height)
         low_x, high_x = np.maximum(x[some] - radius, 0), np.minimum(x[some] + radius + 1, width)

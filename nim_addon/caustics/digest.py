@@ -137,7 +137,7 @@ def _rounded(values, extent):
 def mesh_mark(mesh: bpy.types.Mesh) -> tuple[str, NDArray, NDArray]:
     """A mark of an evaluated mesh, raw: shape, faces, and all values of points and corners; and its bounds (3,), (3,)."""
     mark = hashlib.sha256()
-    mark.update(meshes.starts(mesh)[:-1])
+    mark.update(meshes.starts(mesh)[:-1].data)
     low = high = np.zeros(3)
     for layer in mesh.attributes:
         if layer.data_type not in ATTRIBUTES or (layer.name.startswith(".") and layer.name not in SHAPE_ATTRIBUTES):
@@ -148,9 +148,9 @@ def mesh_mark(mesh: bpy.types.Mesh) -> tuple[str, NDArray, NDArray]:
         if layer.name == "position" and len(values):
             low, high = meshes.bounds(values.reshape(-1, 3))
         mark.update(repr((layer.name, layer.domain, layer.data_type, len(values))).encode())
-        mark.update(values)
+        mark.update(values.data)
     if mesh.has_custom_normals:
-        mark.update(meshes.read(mesh.corner_normals, "vector", 3))
+        mark.update(meshes.read(mesh.corner_normals, "vector", 3).ravel().data)
     return mark.hexdigest(), low, high
 
 
@@ -256,7 +256,7 @@ def _image_mark(image):
     if image.is_dirty and image.has_data:  # painted, and nowhere else yet
         pixels = np.empty(len(image.pixels), np.float32)
         image.pixels.foreach_get(pixels)
-        line.append(hashlib.sha256(pixels).hexdigest())
+        line.append(hashlib.sha256(pixels.data).hexdigest())
     return line
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import bpy
 import mathutils
@@ -39,7 +39,7 @@ class Shot(NamedTuple):
 
     frame: mathutils.Matrix
     width: float | None
-    window: tuple[float, float, float, float] | None
+    window: tuple[float, ...] | None
     lens: float
     focus: float
     size: tuple[int, int]
@@ -122,14 +122,14 @@ class Lamp(NamedTuple):
         frame, window, size, solid = _outlook(self.place, target, self.radius, photons)
         power = solid[..., None] * np.asarray(self.intensity)
         if self.axis is not None:
-            power = power * self._falloff(_directions(window, size) @ np.array(frame.to_3x3()).T)[..., None]
+            power = power * self._falloff(self.axis, _directions(window, size) @ np.array(frame.to_3x3()).T)[..., None]
         for _ in range(passes):
             # so far that a sphere's light is parallel from all of its disk
             yield Shot(frame, None, window, self.radius, 1e6 * max(1.0, self.radius), size, power)
 
-    def _falloff(self, directions):
-        """Of directions (..., 3), unit: how much of the intensity a spot has there, as Cycles has it (spot_light_attenuation)."""
-        cosine = directions @ (np.asarray(self.axis) / np.linalg.norm(self.axis))
+    def _falloff(self, axis, directions):
+        """How much of the intensity a spot has in directions (..., 3), unit: spot_light_attenuation() of Cycles."""
+        cosine = directions @ (np.asarray(axis) / np.linalg.norm(axis))
         x = np.clip((cosine - self.edge) / max((1 - self.edge) * self.blend, 1e-9), 0, 1)
         return x * x * (3 - 2 * x)
 
@@ -185,8 +185,8 @@ def light_of(lamp: bpy.types.Object, matrix: mathutils.Matrix | None = None) -> 
     strength = strength * emitted(lamp)
     if not getattr(data, "normalize", True):
         raise ValueError(f"the lamp {lamp.name} is not normalized, and such are not traced; switch its Normalize on.")
-    axis = tuple(-(matrix.to_3x3() @ mathutils.Vector((0, 0, 1))).normalized())
-    place = tuple(matrix.translation)
+    axis = (-(matrix.to_3x3() @ mathutils.Vector((0, 0, 1))).normalized()).to_tuple()
+    place = matrix.translation.to_tuple()
     if data.type == "SUN":
         return Sun(axis, tuple(strength), data.angle)
     if data.type == "AREA":
@@ -200,7 +200,12 @@ def light_of(lamp: bpy.types.Object, matrix: mathutils.Matrix | None = None) -> 
         if 0 in size:
             raise ValueError(f"the lamp {lamp.name} has no area; give it a size.")
         rigid = mathutils.Matrix.LocRotScale(matrix.translation, matrix.to_quaternion(), None)
-        return Area(tuple(map(tuple, rigid)), size, data.shape in ("DISK", "ELLIPSE"), tuple(strength / math.pi))
+        return Area(
+            tuple(map(tuple, np.array(rigid).tolist())),
+            size,
+            data.shape in ("DISK", "ELLIPSE"),
+            tuple(strength / math.pi),
+        )
     intensity, radius = tuple(strength / (4 * math.pi)), data.shadow_soft_size
     if data.type == "SPOT":
         return Lamp(place, intensity, radius, axis, math.cos(data.spot_size / 2), data.spot_blend)
@@ -246,9 +251,11 @@ def placed(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> list[Place
     alone = set(rendered(scene))
     found = []
     for instance in depsgraph.object_instances:
-        lamp = instance.object.original
+        lamp: Any = instance.object.original
         single = not instance.is_instance
-        there = lamp in alone if single else is_instance_rendered(lamp, instance.parent.original, alone)
+        there = (
+            lamp in alone if single else is_instance_rendered(lamp, instance.parent and instance.parent.original, alone)
+        )
         if there and _shines(lamp):
             found.append(Placed(lamp, instance.matrix_world.copy(), single))
     return sorted(found, key=lambda place: (_rank(place.lamp), not place.single))
@@ -313,9 +320,10 @@ def emitted(lamp: bpy.types.Object) -> NDArray:
 
     Raises ValueError, one sentence, where more than that decides its light.
     """
-    if not uses_nodes(lamp.data):
+    data: Any = lamp.data
+    if not uses_nodes(data):
         return np.ones(3)
-    nodes = [node for node in lamp.data.node_tree.nodes if node.type not in ("OUTPUT_LIGHT", "FRAME", "REROUTE")]
+    nodes = [node for node in data.node_tree.nodes if node.type not in ("OUTPUT_LIGHT", "FRAME", "REROUTE")]
     if len(nodes) == 1 and nodes[0].type == "EMISSION" and not any(socket.is_linked for socket in nodes[0].inputs):
         return np.array(nodes[0].inputs["Color"].default_value[:3]) * nodes[0].inputs["Strength"].default_value
     raise ValueError(

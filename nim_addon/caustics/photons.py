@@ -8,6 +8,7 @@ and only if the path met an interface or a mirror before: light that reaches a s
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import bpy
 import mathutils
@@ -239,9 +240,10 @@ class Tracer:
         """
         backs = total = 0
         for surface in self.surfaces:
-            vertices = meshes.vertices(surface.data, surface.matrix_world)
+            mesh: Any = surface.data
+            vertices = meshes.vertices(mesh, surface.matrix_world)
             outwards = 1 if surface.matrix_world.determinant() > 0 else -1  # what is mirrored is wound the other way
-            polygons = meshes.faces(meshes.corners(surface.data), meshes.starts(surface.data))
+            polygons = meshes.faces(meshes.corners(mesh), meshes.starts(mesh))
             ways = vertices[:: max(1, len(vertices) // 64)] - np.asarray(place)
             ways = ways / np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-30)
             faces = Faces(vertices, [corners[::outwards] for corners in polygons])
@@ -263,8 +265,9 @@ class Tracer:
         """
         random = np.random.default_rng(seed)
         shares = self.bending.shares
-        pairs = len(shares) == 1 and None not in shares
-        inside = next(iter(shares)) if pairs else 1.0
+        known = [share for share in shares if share is not None]
+        pairs = len(known) == len(shares) == 1
+        inside = known[0] if pairs else 1.0
         for index, shot in enumerate(light.shots(self.target, photons, passes, random)):
             if index < first:
                 continue
@@ -348,7 +351,7 @@ def _is_plain(matrix):
     if abs(matrix.determinant()) < 1e-30:
         return False
     plain = mathutils.Matrix.LocRotScale(*matrix.decompose())
-    return np.allclose(plain, matrix, rtol=0, atol=1e-5 * np.abs(matrix).max())
+    return np.allclose(np.array(plain), np.array(matrix), rtol=0, atol=1e-5 * np.abs(matrix).max())
 
 
 def _since(before):

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
 
 import bpy
 import mathutils
@@ -81,7 +82,8 @@ def clear(scene: bpy.types.Scene) -> None:
     for collection in collections:
         _hand_back(scene, collection)
     bpy.data.batch_remove([*objects, *collections])
-    bpy.data.batch_remove([*data, *materials, *groups, *images])
+    unused: list[Any] = [*data, *materials, *groups, *images]
+    bpy.data.batch_remove(unused)
 
 
 def _found_by_chance(light):
@@ -272,8 +274,9 @@ def split(collection: bpy.types.Collection, placed: lights.Placed) -> None:
     data.cycles.use_multiple_importance_sampling = False
     seen = lamp.copy()
     seen.name = f"{COLLECTION} {lamp.name}"
-    seen.data = data.copy()
-    seen.data.cycles.use_multiple_importance_sampling = True
+    light: Any = data.copy()
+    light.cycles.use_multiple_importance_sampling = True
+    seen.data = light
     seen.visible_diffuse = False
     seen[CAUSTICS_MARK], seen[SEEN_FOR] = True, data
     if not placed.single:
@@ -282,7 +285,7 @@ def split(collection: bpy.types.Collection, placed: lights.Placed) -> None:
         seen.constraints.clear()
         seen.matrix_world = placed.matrix
     own = lights.emitted(lamp)
-    nodes = Nodes(empty_tree(seen.data))
+    nodes = Nodes(empty_tree(light))
     path = nodes.add("ShaderNodeLightPath").outputs
     straight = nodes.math("MAXIMUM", path["Is Camera Ray"], path["Is Singular Ray"])
     scattered = nodes.math("LESS_THAN", path["Diffuse Depth"], 0.5)
@@ -328,7 +331,7 @@ def _light(image, layers):
 
 def _shining(material, group):
     """A copy of `material` whose diffuse parts also send out what they would of the light of the _light() group."""
-    copy = material.copy() if material else bpy.data.materials.new(COLLECTION)
+    copy: Any = material.copy() if material else bpy.data.materials.new(COLLECTION)
     copy[CAUSTICS_MARK] = True
     if not has_nodes(material):
         _plain_diffuse(copy)

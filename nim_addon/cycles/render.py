@@ -73,7 +73,8 @@ def render(
         for source in (shown, linear):
             ready.insert(0, part / f"ready{source.suffix}")
             images.write_with_metadata(images.read(source), ready[0], metadata or {})
-        return finish(*ready)[:2]
+        exr, png = finish(*ready)[:2]
+    return exr, png
 
 
 def check_scene(scene: bpy.types.Scene) -> None:

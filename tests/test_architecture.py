@@ -114,7 +114,6 @@ def private(tree):
             yield from [f"{node.value.id}.{node.attr}"] if of_module and is_private(node.attr) else []
 
 
-@pytest.mark.xfail(reason="some are left", strict=False)
 def test_nobody_takes_the_private_names_of_another():
     taken = {
         str(file.relative_to(ROOT)): sorted(names)
@@ -124,7 +123,6 @@ def test_nobody_takes_the_private_names_of_another():
     assert not taken
 
 
-@pytest.mark.xfail(reason="some are left", strict=False)
 def test_functions_and_modules_are_short():
     long = []
     for file in sources():

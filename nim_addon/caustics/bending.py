@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import bpy
 
-from ..cycles.closures import INTERFACE
+from ..cycles.closures import INTERFACE, closure_of_node
 from ..cycles.material import interface_of
 from ..cycles.nodes import Nodes, empty_tree
 from ..cycles.object_values import attributes_of, carry
@@ -262,6 +262,12 @@ def check(material: bpy.types.Material | None, name: str) -> None:
     scatters = any(kind == "diffuse" or (kind is None and node.type == "BSDF_GLOSSY") for node, kind in kinds)
     passes = any(kind == "glass" or node.type == "BSDF_REFRACTION" or is_interface(node) for node, kind in kinds)
     whose = f"the material {material.name} of {name}"
+    for node, _ in kinds:
+        if (closure := closure_of_node(node)) and not is_interface(node):
+            raise ValueError(
+                f"{whose} bends light by a {closure.label}, of which caustics know nothing; give {name} another material, or "
+                "hide it from renders."
+            )
     if any(kind == "rough" for _, kind in kinds) or (scatters and passes):
         raise ValueError(
             f"{whose} lets light through in part or roughly, and caustics are traced through smooth and clear glass only; set "
@@ -300,13 +306,13 @@ def _is_shader(node):
 
 
 def own_groups(tree: bpy.types.NodeTree) -> list[bpy.types.NodeTree]:
-    """Give a tree copies of its own of all groups in it, but interfaces, so that nodes within them can be changed.
+    """Give a tree copies of its own of all groups in it, but our closures, so that nodes within them can be changed.
 
     Returns the copies.
     """
     copies = []
     for node in tree.nodes:
-        if node.type == "GROUP" and node.node_tree and not is_interface(node):
+        if node.type == "GROUP" and node.node_tree and not closure_of_node(node):
             node.node_tree = node.node_tree.copy()
             copies += [node.node_tree, *own_groups(node.node_tree)]
     return copies

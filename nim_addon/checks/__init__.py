@@ -8,9 +8,9 @@ from collections.abc import Iterable
 import bpy
 
 from ..cycles import settings, visibility
-from ..cycles.closures import INTERFACE
+from ..cycles.closures import closure_of_node
 from ..cycles.closures.backends import device_runs_osl, osl_available
-from ..cycles.material import asked_interfaces
+from ..cycles.material import asked_closures
 from ..cycles.problem import Problem
 from . import mesh_checks, ray_checks, value_checks
 from .sight import Sight, look
@@ -30,22 +30,22 @@ def engine_name(scene: bpy.types.Scene) -> str:
 
 
 def backends(materials: Iterable[bpy.types.Material]) -> dict[str, tuple[str, ...]]:
-    """Names of the interface materials by the backend of their nodes: {"osl": names, "nodes": names}."""
+    """Names of the materials of our closures by the backend of their nodes: {"osl": names, "nodes": names}."""
     names = {}
     for material in materials:
-        for backend in {INTERFACE.backend_of(node.node_tree) for node, _ in asked_interfaces(material)}:
+        for backend in {closure_of_node(node).backend_of(node.node_tree) for node, _ in asked_closures(material)}:
             names.setdefault(backend, []).append(material.name)
     return {backend: tuple(sorted(names[backend])) for backend in names}
 
 
 def problems(scene: bpy.types.Scene, limit: int | None = None) -> list[Problem]:
-    """All that is wrong in a scene, to be asked before it is rendered; empty where no interface material is shown.
+    """All that is wrong in a scene, to be asked before it is rendered; empty where no material of our closures is shown.
 
     limit: meshes of more faces are not measured; None for all
     """
     with visibility.as_rendered(scene) as depsgraph:
         sight = look(scene, depsgraph, limit)
-        return (setting_problems(scene, backends(sight.worn)) if sight.worn else []) + found_in(sight)
+        return (setting_problems(scene, backends(sight.ours)) if sight.ours else []) + found_in(sight)
 
 
 def found_in(sight: Sight) -> list[Problem]:
@@ -104,8 +104,8 @@ def mend(scene: bpy.types.Scene, code: str | None = None) -> list[Problem]:
 
 def _use_nodes(scene, problem):
     for name in problem.materials:
-        for node, _ in asked_interfaces(bpy.data.materials[name]):
-            node.node_tree = INTERFACE.group("nodes")
+        for node, _ in asked_closures(bpy.data.materials[name]):
+            node.node_tree = closure_of_node(node).group("nodes")
 
 
 def _use_cycles(scene, problem):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the checks look at: a scene as a render shows it, and the interface materials in it."""
+"""What the checks look at: a scene as a render shows it, and the materials of ours in it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, TypeVar
 import bpy
 
 from ..cycles import visibility
-from ..cycles.material import asked_interfaces
+from ..cycles.material import asked_closures, asked_interfaces
 from ..cycles.visibility import Shown
 
 Measured = TypeVar("Measured")
@@ -21,6 +21,7 @@ class Sight(NamedTuple):
     scene, depsgraph: the bpy.types of these names
     shown:    the visibility.Shown in it
     lamps:    the lamps in it, objects of the file
+    ours:     the materials in it that any of our closures is in
     worn:     {interface material: the Shown that wear it}; an empty list where all of them are hidden in the viewport
     limit:    meshes of more faces are left out, and their objects named in left_out; None for no limit
     left_out: names of objects, which checks add to
@@ -32,6 +33,7 @@ class Sight(NamedTuple):
     depsgraph: bpy.types.Depsgraph
     shown: list[Shown]
     lamps: list[bpy.types.Object]
+    ours: list[bpy.types.Material]
     worn: dict[bpy.types.Material, list[Shown]]
     limit: int | None
     left_out: set[str]
@@ -75,6 +77,7 @@ def look(
         for material in visibility.materials_of(obj, override) if obj.type in ("MESH", "CURVE", "FONT") else ():
             if material:
                 worn.setdefault(material, [])
+    ours = [material for material in worn if asked_closures(material)]
     worn = {material: wearers for material, wearers in worn.items() if asked_interfaces(material)}
     lamps = visibility.lamps(scene, depsgraph)
-    return Sight(scene, depsgraph, shown, lamps, worn, limit, set(), {} if kept is None else kept)
+    return Sight(scene, depsgraph, shown, lamps, ours, worn, limit, set(), {} if kept is None else kept)

@@ -10,13 +10,15 @@ import bpy
 
 from ..physics import MEDIA, Interface, Medium
 from ..physics.media import LEAST_MAGNITUDE, MOST_MAGNITUDE
-from .closures import INTERFACE
+from . import closures
+from .closures import INTERFACE, closure_of_node
 from .closures.backends import osl_available, resolve
 from .nodes import empty_tree
 from .visibility import Asked, asked, is_interface, value_of
 
 __all__ = [
     "NODE_NAME",
+    "asked_closures",
     "asked_interfaces",
     "interface_material",
     "interface_node",
@@ -104,16 +106,22 @@ def interface_nodes(material: bpy.types.Material | None) -> list[bpy.types.Node]
 
 
 def switch_backend(material: bpy.types.Material, backend: str) -> int:
-    """Give every interface node of a material the group of another backend; values and links stay.
+    """Give every node of our closures in a material the group of another backend; values and links stay.
 
     Returns how many nodes there were. Raises as resolve() does.
     """
-    return INTERFACE.switch(material, backend)
+    backend = resolve(backend)
+    return sum(closure.switch(material, backend) for closure in closures.CLOSURES if closure.nodes_of(material))
 
 
 def asked_interfaces(material: bpy.types.Material | None) -> list[Asked]:
     """The interface nodes that a render asks for the surface of a material, those in a person's own groups too."""
     return [found for found in asked(material) if is_interface(found.node)]
+
+
+def asked_closures(material: bpy.types.Material | None) -> list[Asked]:
+    """The same for the nodes of any of our closures."""
+    return [found for found in asked(material) if closure_of_node(found.node)]
 
 
 def interface_of(node: bpy.types.Node, path: tuple = ()) -> Interface | None:

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import bpy
 import mathutils
 
-from .closures import INTERFACE
+from .closures import INTERFACE, closure_of_node
 from .nodes import uses_nodes
 
 CAUSTICS_MARK = "nim_caustics"  # marks what a bake (caustics.Bake) put into the scene
@@ -221,7 +221,7 @@ def is_interface(node: bpy.types.Node) -> bool:
 def asked(material: bpy.types.Material | None, socket: str = "Surface") -> list[Asked]:
     """The nodes that a render asks, those within groups too: linked, in the end, to that socket of the output.
 
-    Reroutes and muted nodes are followed and not named; an interface is named, its inner nodes are not.
+    Reroutes and muted nodes are followed and not named; one of our closures is named, its inner nodes are not.
     """
     output = material.node_tree.get_output_node("CYCLES") if has_nodes(material) else None
     found, queue, seen = {}, [(output.inputs[socket], ())] if output else [], set()
@@ -267,7 +267,7 @@ def end_of(socket: bpy.types.NodeSocket, path: tuple = ()) -> tuple[bpy.types.No
             if inner is None:
                 return socket, path  # as if nothing were linked
             socket = inner
-        elif node.type == "GROUP" and node.node_tree and not is_interface(node):
+        elif node.type == "GROUP" and node.node_tree and not closure_of_node(node):
             leave = next(
                 (end for end in node.node_tree.nodes if end.type == "GROUP_OUTPUT" and end.is_active_output), None
             )

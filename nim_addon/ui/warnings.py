@@ -29,7 +29,7 @@ class Found:
             layer = scene.view_layers[0]
             layer.update()
         sight = look(scene, layer.depsgraph, limit, _kept)
-        self.backends = checks.backends(sight.worn)
+        self.backends = checks.backends(sight.ours)
         self.problems = checks.found_in(sight)
         self.unmeasured = len(sight.left_out)
         self.lamps = [lamp.name for lamp in sight.lamps]

@@ -16,7 +16,7 @@ import bpy
 import pytest
 
 from nim_addon.cycles import versions
-from nim_addon.cycles.closures import INTERFACE, backends, script
+from nim_addon.cycles.closures import CLOSURES, INTERFACE, backends, script
 from nim_addon.cycles.closures.closure import VERSION_MARK
 from nim_addon.cycles.material import asked_interfaces, interface_material, interface_nodes
 from nim_addon.physics import Medium
@@ -24,8 +24,8 @@ from nim_addon.scenes.sphere import ball
 from nim_addon.scenes.stage import Stage
 
 ROOT = Path(__file__).parents[2]
-# What each backend's group held when VERSION was last raised.
-FINGERPRINTS = {"osl": "66c58f71c1642c50", "nodes": "6f67c2740056fa2f"}
+# What each backend's group held when its closure's version was last raised, by the closure's shader.
+FINGERPRINTS = {"nim_interface": {"osl": "66c58f71c1642c50", "nodes": "6f67c2740056fa2f"}}
 
 
 @pytest.fixture
@@ -54,11 +54,11 @@ def links(one):
     return {(link.from_node.name, link.from_socket.name, link.to_socket.name) for link in one.node_tree.links}
 
 
-def fingerprint(group):
+def fingerprint(closure, group):
     """A hash of all that decides what a group renders; where its nodes lie, their order and their labels do not."""
-    facts = [[s.identifier, s.name, s.type, str(s.default), s.min, s.max] for s in INTERFACE.sockets]
-    if INTERFACE.backend_of(group) == "osl":
-        return digest([facts, INTERFACE.source()])
+    facts = [[s.identifier, s.name, s.type, str(s.default), s.min, s.max] for s in closure.sockets]
+    if closure.backend_of(group) == "osl":
+        return digest([facts, closure.source()])
     leave = next(node for node in group.nodes if node.type == "GROUP_OUTPUT")
     return digest([facts, calculated(leave, {})])
 
@@ -85,14 +85,15 @@ def digest(facts):
 
 
 @pytest.mark.parametrize("backend", ["osl", "nodes"])
-def test_a_changed_group_has_a_new_version(empty_file, backend):
-    group = INTERFACE.group(backend)
-    assert group[VERSION_MARK] == INTERFACE.version
+@pytest.mark.parametrize("closure", CLOSURES, ids=lambda closure: closure.shader)
+def test_a_changed_group_has_a_new_version(empty_file, closure, backend):
+    group = closure.group(backend)
+    assert group[VERSION_MARK] == closure.version
     if bpy.app.version[:2] != (4, 5):
         pytest.skip("Blender's own nodes have other sockets in each version: the fingerprint is of those of 4.5")
-    assert fingerprint(group) == FINGERPRINTS[backend], (
-        "the group is not what it was: raise its version in cycles/closures/interface.py, so that older files are brought up to "
-        "date, run build.py blends, and put the new fingerprint here"
+    assert fingerprint(closure, group) == FINGERPRINTS.get(closure.shader, {}).get(backend), (
+        "the group is not what it was: raise its version in cycles/closures/, so that older files are brought up to date, run "
+        "build.py blends, and put the new fingerprint here"
     )
 
 

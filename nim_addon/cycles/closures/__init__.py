@@ -11,7 +11,7 @@ import bpy
 from .closure import Closure, Socket, version_of
 from .interface import INTERFACE
 
-__all__ = ["CLOSURES", "INTERFACE", "Closure", "Socket", "closure_of", "version_of"]
+__all__ = ["CLOSURES", "INTERFACE", "Closure", "Socket", "closure_of", "closure_of_node", "version_of"]
 
 CLOSURES = (INTERFACE,)
 
@@ -19,3 +19,8 @@ CLOSURES = (INTERFACE,)
 def closure_of(tree: bpy.types.NodeTree | None) -> Closure | None:
     """The closure whose shared group a node tree says that it is, whole or not; None where it says nothing."""
     return next((closure for closure in CLOSURES if closure.is_of(tree)), None)
+
+
+def closure_of_node(node: bpy.types.Node) -> Closure | None:
+    """The closure that a node is of, as Closure.is_node() has it; None where it is of none."""
+    return next((closure for closure in CLOSURES if closure.is_node(node)), None)

@@ -9,12 +9,20 @@ import numpy as np
 import pytest
 
 from nim_addon import checks
+from nim_addon.caustics.bending import Bending, check, own_groups
+from nim_addon.checks.sight import look
 from nim_addon.cycles import closures, versions
 from nim_addon.cycles.closures import INTERFACE, Closure, Socket, closure_of, script, version_of
 from nim_addon.cycles.closures.closure import VERSION_MARK
-from nim_addon.cycles.material import asked_interfaces, interface_material, interface_nodes
+from nim_addon.cycles.material import (
+    asked_closures,
+    asked_interfaces,
+    interface_material,
+    interface_nodes,
+    switch_backend,
+)
 from nim_addon.cycles.nodes import empty_tree
-from nim_addon.cycles.visibility import is_interface
+from nim_addon.cycles.visibility import as_rendered, asked, is_interface
 from nim_addon.physics import Medium
 from nim_addon.scenes import shapes, surfaces
 from nim_addon.scenes.stage import Stage
@@ -159,7 +167,44 @@ def test_neither_is_taken_for_the_other(backend):
     assert MIRROR.group(backend) == node.node_tree and INTERFACE.group(backend) == interface.node_tree
     stage = Stage("mirror", (32, 32), backend)
     stage.mesh("Mirror", *shapes.rectangle((-1, -1), (1, 1)), material)
-    stage.scene.cycles.max_bounces = 0  # which the checks would speak of
-    assert checks.problems(stage.scene) == []
+    with as_rendered(stage.scene) as depsgraph:
+        assert not look(stage.scene, depsgraph).worn
     node.node_tree = interface.node_tree
     assert is_interface(node) and not MIRROR.is_node(node)
+
+
+@both_backends
+def test_what_is_in_its_groups_is_its_own(backend):
+    """Whoever follows the nodes of a material meets the closure, in either form, and not the nodes that it is made of."""
+    material, node = mirror(backend)
+    assert [found.node for found in asked(material)] == [found.node for found in asked_closures(material)] == [node]
+    assert own_groups(material.node_tree) == [] and node.node_tree == MIRROR.group(backend)
+
+
+@both_backends
+def test_caustics_refuse_what_they_are_not_told_about(backend, one_sentence):
+    material, _ = mirror(backend)
+    for meet in (check, Bending().of):
+        with pytest.raises(ValueError) as error:
+            meet(material, "Wall")
+        assert "Tinted Mirror" in one_sentence(str(error.value)) and "Wall" in str(error.value)
+    check(interface_material("NIM", Medium(-1.5), backend=backend), "Wall")
+
+
+def test_settings_are_checked_for_it_too():
+    material, node = mirror("osl")
+    stage = Stage("mirror", (32, 32), "osl")
+    stage.mesh("Mirror", *shapes.rectangle((-1, -1), (1, 1)), material)
+    scene = stage.scene
+    assert checks.backends([material]) == {"osl": ("Mirror",)} and checks.problems(scene) == []
+    scene.cycles.shading_system, scene.cycles.max_bounces = False, 1
+    assert {problem.code for problem in checks.problems(scene)} >= {"osl_off", "bounces"}
+    checks.MENDS["osl_missing"](scene, checks.Problem("osl_missing", (), {}, None, materials=("Mirror",)))
+    assert node.node_tree == MIRROR.group("nodes") and node.inputs["Share"].default_value == 0.75
+
+
+def test_a_material_is_switched_with_all_its_closures():
+    material, node = mirror("osl")
+    nim = INTERFACE.new_node(material.node_tree, "osl")
+    assert switch_backend(material, "nodes") == 2
+    assert (node.node_tree, nim.node_tree) == (MIRROR.group("nodes"), INTERFACE.group("nodes"))

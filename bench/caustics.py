@@ -265,7 +265,7 @@ def peers(options):
         )
         return
     scene = white_floor("water", SUNS[0])
-    light = [lights.Sun(tuple(-pool.SUN), tuple(pool.SUN_IRRADIANCE), 0.0)]
+    light = [lights.Sun(tuple(-pool.TOWARDS_SUN), tuple(pool.SUN_IRRADIANCE), 0.0)]
     fine = truth(scene, "water-0", options.truth * 1e6 / 8, options.cells * FINEST, options.cache, light)
     halves = coarser(fine, FINEST)
     size = halves.shape[:0:-1]

@@ -86,7 +86,7 @@ def ground_in_the_sun(
     Gaussian sun, and are followed in both branches.
     """
     random = np.random.default_rng(seed)
-    sun = np.asarray(sphere.SUN) / np.linalg.norm(sphere.SUN)
+    sun = np.asarray(sphere.TOWARDS_SUN) / np.linalg.norm(sphere.TOWARDS_SUN)
     # through the plane z = 0, all that can meet the square or the sphere
     low, high = np.array(MIDDLE) - reach - 0.3, np.array(MIDDLE) + reach + 0.3
     side = math.isqrt(RAYS)
@@ -105,7 +105,7 @@ def ground_in_the_sun(
 
 def shadow(cells: int = CELLS) -> np.ndarray:
     """Which cells (cells, cells) lie wholly in the sphere's shadow, or what lights it: rows from +y."""
-    sun = np.asarray(sphere.SUN) / np.linalg.norm(sphere.SUN)
+    sun = np.asarray(sphere.TOWARDS_SUN) / np.linalg.norm(sphere.TOWARDS_SUN)
     step = 2 * REACH / cells
     across = MIDDLE[0] - REACH + step * (np.arange(cells) + 0.5)
     along = MIDDLE[1] + REACH - step * (np.arange(cells) + 0.5)

@@ -92,7 +92,7 @@ def floor_in_the_sun(
     # one at random in each square of a grid: less noise than anywhere at random
     x, y = edge[:, None] * (2 * (np.indices((side, side)).reshape(2, -1) + random.random((2, count))) / side - 1)
     height, normal = Waves(parameters).at(x, y)
-    light = -sun_directions(random, pool.SUN, parameters.sun_angle, count)
+    light = -sun_directions(random, pool.TOWARDS_SUN, parameters.sun_angle, count)
     cosine = np.clip(-np.sum(light * normal, axis=1), 0, 1)
     interface = Interface(parameters.liquid)
     power = pool.SUN_IRRADIANCE[0] * cosine / normal[:, 2] * interface.fresnel(cosine).T

@@ -37,6 +37,22 @@ def show_only(scene: bpy.types.Scene, *names: str) -> None:
         object_.hide_render = object_.type == "MESH" and _built_as(object_) not in names
 
 
+def unlit(scene: bpy.types.Scene) -> None:
+    """Let every diffuse surface shine with its own colour instead: what a ray meets is then known."""
+    for material in {slot.material for object_ in scene.objects for slot in object_.material_slots}:
+        tree = material.node_tree
+        for node in [node for node in tree.nodes if node.type == "BSDF_DIFFUSE"]:
+            shining = tree.nodes.new("ShaderNodeEmission")
+            shining.location = node.location
+            shining.inputs["Color"].default_value = node.inputs["Color"].default_value
+            for link in node.inputs["Color"].links:
+                tree.links.new(link.from_socket, shining.inputs["Color"])
+            for link in list(node.outputs[0].links):
+                tree.links.new(shining.outputs[0], link.to_socket)
+            tree.nodes.remove(node)
+            material.cycles.emission_sampling = "NONE"  # nothing is left that it could light
+
+
 def glow(name: str, color: tuple = (0, 0, 0)) -> bpy.types.Material:
     """A material that sends out light of one colour and reflects none; black by default."""
     return surfaces.shining(name, lambda nodes: color)

@@ -45,7 +45,7 @@ PROBE_POSE = Pose(EYE, scene_of.CENTER, 18)
 def unlit(scene):
     """The scene as it is, but every surface shines with its own colour."""
     probes.set_up(scene)
-    scene_of.unlit(scene)
+    probes.unlit(scene)
 
 
 def probe(scene):
@@ -115,7 +115,7 @@ def predicted_unlit(parameters: SphereParameters, camera: Camera, count: int = P
 
 
 def _sky(parameters, directions):
-    towards, tone, width = scene_of.glow(parameters)
+    towards, tone, width = scene_of.sun(parameters)
     towards = towards / np.linalg.norm(towards)
     elevation = np.maximum(np.arcsin(np.clip(directions[:, 2], -1, 1)) / (math.pi / 2), 0)[:, None]
     angle = np.arccos(np.clip(directions @ towards, -1, 1))

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import bpy
 
-from ..scenes.stage import OWNER
+from ..scenes.stage import STAGE_MARK
 
 
 class TemporaryScene:
@@ -29,9 +29,9 @@ class TemporaryScene:
         if self._scene is None:
             if self._before is None:
                 self._before = set(bpy.data.user_map())
-                self._aside = {scene: scene[OWNER] for scene in bpy.data.scenes if OWNER in scene}
+                self._aside = {scene: scene[STAGE_MARK] for scene in bpy.data.scenes if STAGE_MARK in scene}
                 for scene in self._aside:
-                    del scene[OWNER]
+                    del scene[STAGE_MARK]
             self._scene = self._make()
         return self._scene
 
@@ -45,7 +45,7 @@ class TemporaryScene:
         came = set(bpy.data.user_map()) - self._before
         bpy.data.batch_remove([data for data in came if not _is_render_result(data)])
         for scene, name in self._aside.items():
-            scene[OWNER] = name
+            scene[STAGE_MARK] = name
 
 
 def _is_render_result(data):

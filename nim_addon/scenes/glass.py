@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A straw in a glass on a table, with or without a liquid in it (thesis figures 5.1, 5.2 and 5.5)."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 
 import bmesh
 import bpy
 import numpy as np
+from numpy.typing import NDArray
 
 from ..cycles import meshes
 from ..cycles.material import interface_material
@@ -38,9 +41,9 @@ STATUES = {
 }
 TABLE_RADIUS = 0.80
 
-# The sky's strength; the sun in it, a Gaussian: towards it, and its irradiance across its rays, whatever its width.
+# The sky's strength; towards the sun in it, a Gaussian, and its irradiance across its rays, whatever its width.
 SKY = 1.4
-SUN, SUN_IRRADIANCE = (-0.55, 0.30, 0.78), (3.748, 3.467, 2.998)
+TOWARDS_SUN, SUN_IRRADIANCE = (-0.55, 0.30, 0.78), (3.748, 3.467, 2.998)
 
 
 @dataclass(frozen=True)
@@ -57,7 +60,7 @@ class GlassParameters(Parameters):
 
 
 @staged(GlassParameters)
-def build(parameters, backend="auto"):
+def build(parameters: GlassParameters, backend: str = "auto") -> bpy.types.Scene:
     """Build the scene from GlassParameters; returns the bpy.types.Scene. Glass on the z axis, table at z = 0, metres.
 
     Raises ValueError, before anything is built, where the file that `figures` names holds no mesh.
@@ -72,7 +75,6 @@ def build(parameters, backend="auto"):
         straw(stage)
     if statue is not None:
         statues(stage, statue, subdivide=parameters.figures == "monkey")
-    peak = np.divide(SUN_IRRADIANCE, SKY * surfaces.gaussian(parameters.sun_angle / 2))
     stage.world(
         surfaces.sky(
             "Studio",
@@ -80,7 +82,7 @@ def build(parameters, backend="auto"):
             (0.30, 0.45, 0.75),
             strength=SKY,
             ground=(0.24, 0.31, 0.38),
-            glow=(SUN, tuple(peak), parameters.sun_angle / 2),
+            glow=surfaces.sun(TOWARDS_SUN, np.divide(SUN_IRRADIANCE, SKY), parameters.sun_angle),
         ),
         aim=256,
     )
@@ -88,7 +90,7 @@ def build(parameters, backend="auto"):
     return stage.scene
 
 
-def pose(parameters):
+def pose(parameters: GlassParameters) -> Pose:
     """The Pose of the camera for GlassParameters."""
     # the angle counts across the height, so that a wide picture cuts off neither straw nor table
     if parameters.view == "top":
@@ -98,7 +100,7 @@ def pose(parameters):
     return Pose((0, -0.80, 0.240), (0, 0, aim), angle, "VERTICAL")
 
 
-def glass_profile():
+def glass_profile() -> tuple[NDArray, NDArray]:
     """Profile of the glass for shapes.revolve: points (N, 2) and unit normals (N, 2), radius and height in metres.
 
     It runs from the axis out under the foot, up the outer wall, over the rim and down to the axis again, so the glass
@@ -115,7 +117,7 @@ def glass_profile():
     return points, np.stack([np.cos(turns), np.sin(turns)], axis=-1)
 
 
-def glass(stage, filling):
+def glass(stage: Stage, filling: Medium | None) -> bpy.types.Object:
     """The glass, and the liquid (a Medium, or None) in it, as one mesh; returns the object.
 
     Each of its materials stands between the two media that meet there. The faces of the glass point out of the glass,
@@ -139,18 +141,18 @@ def glass(stage, filling):
         ring = np.flatnonzero(vertices[:, 2] == LEVEL)
         surface = [(int(a), int(b), len(vertices)) for a, b in zip(ring, np.roll(ring, -1), strict=True)]
         vertices = np.vstack([vertices, (0, 0, LEVEL)])
-        faces = faces + surface
+        faces = [*faces, *surface]
         wet = origin >= np.flatnonzero(profile[:, 1] == LEVEL)[0]
         slots = np.concatenate([wet, np.full(len(surface), 2)])
         corner_normals = np.vstack([corner_normals, np.tile((0.0, 0.0, 1.0), (3 * len(surface), 1))])
-    thing = stage.mesh("Glass", vertices, faces, materials, slots=slots, normals=corner_normals, location=(0, 0, GAP))
+    object_ = stage.mesh("Glass", vertices, faces, materials, slots=slots, normals=corner_normals, location=(0, 0, GAP))
     # Cycles keeps the normals on the two sides of an edge apart only where the edge is marked sharp.
-    edges = meshes.read(thing.data.edges, "vertices", 2, np.int32)
-    thing.data.edges.foreach_set("use_edge_sharp", np.isin(edges, ring).all(axis=1))
-    return thing
+    edges = meshes.read(object_.data.edges, "vertices", 2, np.int32)
+    object_.data.edges.foreach_set("use_edge_sharp", np.isin(edges, ring).all(axis=1))
+    return object_
 
 
-def straw_pose():
+def straw_pose() -> tuple[NDArray, float]:
     """Lower end of the straw's axis (3,), in metres, and its tilt from the vertical, in radians."""
     rim = np.array([-(RADIUS - WALL / 2), HEIGHT - WALL / 2])
     reach = STRAW_RADIUS + WALL / 2 + GAP
@@ -162,30 +164,30 @@ def straw_pose():
     return np.array([foot[0], 0.0, foot[1] + GAP]), tilt
 
 
-def straw(stage):
+def straw(stage: Stage) -> bpy.types.Object:
     """The straw: an opaque, striped tube with a wall; returns the object. Its own z axis runs along it, foot at 0."""
     start, tilt = straw_pose()
     tube = shapes.tube((0, 0, 0), (0, 0, STRAW_LENGTH), STRAW_RADIUS, 128, STRAW_RADIUS - STRAW_WALL)
     paint = surfaces.spiral("Straw", (0.82, 0.80, 0.76), (0.62, 0.03, 0.03), 0.018)
-    thing = stage.mesh("Straw", *tube, paint, location=start)
-    thing.rotation_euler = (0, -tilt, 0)
-    return thing
+    object_ = stage.mesh("Straw", *tube, paint, location=start)
+    object_.rotation_euler = (0, -tilt, 0)
+    return object_
 
 
-def statues(stage, mesh, subdivide=False):
+def statues(stage: Stage, mesh: bpy.types.Mesh, subdivide: bool = False) -> None:
     """Three objects around the glass that share `mesh`: green behind, red and blue in front (thesis figure 5.5)."""
     mesh.name = "Statue"  # free now that the scene before this one is gone
     mesh.materials.append(None)  # each object brings its own
     for name, (place, turn, color) in STATUES.items():
-        thing = stage.object(name, mesh, place)
-        thing.rotation_euler = (0, 0, math.radians(turn))
-        slot = thing.material_slots[0]
+        object_ = stage.object(name, mesh, place)
+        object_.rotation_euler = (0, 0, math.radians(turn))
+        slot = object_.material_slots[0]
         slot.link, slot.material = "OBJECT", surfaces.plain(name, color)
         if subdivide:
-            thing.modifiers.new("Subdivide", "SUBSURF").render_levels = 2
+            object_.modifiers.new("Subdivide", "SUBSURF").render_levels = 2
 
 
-def statue_mesh(source):
+def statue_mesh(source: str) -> bpy.types.Mesh:
     """A new bpy.types.Mesh of "monkey", or of the mesh file at that path, STATUE_SIZE in its longest extent.
 
     It stands on z = 0, centred on the z axis, turned as Blender's own importer turns it. Raises ValueError, and leaves

@@ -5,13 +5,15 @@ import re
 import warnings
 from array import array
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
 LARGEST = 512 << 20  # bytes of a file; read, it takes some ten times as much memory at worst
 CUT_OFF = "it is cut off"
 NO_NUMBER = "it has a word where a number should be"
+
+_Number = TypeVar("_Number", int, float)
 
 
 class Mesh(NamedTuple):
@@ -23,7 +25,7 @@ class Mesh(NamedTuple):
     counts: np.ndarray
 
 
-def read(path) -> Mesh:
+def read(path: str | Path) -> Mesh:
     """The faces in a file whose name ends in .ply, .obj or .stl, turned as Blender's own importers turn them.
 
     Raises OSError where it cannot be read, and ValueError, a few words, where it is damaged or holds no faces.
@@ -65,20 +67,20 @@ def _sound(vertices, corners, counts):
 
 def _obj(path):
     vertices, corners, counts = array("d"), array("q"), array("q")
-    begun = b""
+    begun = []
     with path.open("rb") as file:
         for line in file:
-            line = begun + line.rstrip()
-            if line.endswith(b"\\"):  # it goes on in the next
-                begun = line[:-1] + b" "
+            begun.append(line.rstrip())
+            if begun[-1].endswith(b"\\"):  # it goes on in the next
+                begun[-1] = begun[-1][:-1]
                 continue
-            begun = b""
-            kind, *words = line.split() or [b""]
-            if kind == b"v":
+            line, begun = b" ".join(begun), []
+            keyword, *words = line.split() or [b""]
+            if keyword == b"v":
                 if len(words) < 3:
                     raise ValueError("a vertex of it has fewer than three coordinates")
                 vertices.extend(map(_number, words[:3]))
-            elif kind == b"f":
+            elif keyword == b"f":
                 known = len(vertices) // 3
                 for word in words:
                     index = _number(word.partition(b"/")[0], int)
@@ -89,9 +91,9 @@ def _obj(path):
     return np.column_stack([x, -z, y]), np.array(corners, np.int64), np.array(counts, np.int64)
 
 
-def _number(word, kind=float):
+def _number(word: bytes, type_: type[_Number] = float) -> _Number:
     try:
-        return kind(word)
+        return type_(word)
     except ValueError:
         raise ValueError(NO_NUMBER) from None
 
@@ -212,9 +214,13 @@ def _header(text):
         if name in known:
             raise ValueError(f"its header names {name[:40]!r} twice")
         known.add(name)
-        forms = [np.dtype((order + TYPES[one]) if order else "f8") if one else None for one in (form, length)]
-        elements[-1][2].append(_Property(name, *forms))
+        elements[-1][2].append(_Property(name, _dtype(order, form), _dtype(order, length) if length else None))
     return order, elements
+
+
+def _dtype(order, form):
+    """Of numbers of that form in a body; all are read as one form where they are words, which have no byte order."""
+    return np.dtype(order + TYPES[form] if order else "f8")
 
 
 def _element(body, count, properties):
@@ -222,67 +228,67 @@ def _element(body, count, properties):
 
     Of a list, all its values follow each other, and the lengths (count,) part them; else the lengths are None.
     """
-    least = sum((one.length or one.form).itemsize for one in properties)
+    least = sum((property_.length or property_.form).itemsize for property_ in properties)
     if count * least > len(body):
         raise ValueError(CUT_OFF)
     if not least or not count:
         empty = np.empty(0, int)
-        return {one.name: (empty if one.length else None, empty) for one in properties}, body
+        return {property_.name: (empty if property_.length else None, empty) for property_ in properties}, body
     row = _alike(body, properties)
     if row is not None and count * row.itemsize <= len(body):
         rows = np.frombuffer(body, row, count)
-        lists = [one for one in properties if one.length]
-        if all((rows[f"length {one.name}"] == row[one.name].shape[0]).all() for one in lists):
-            lengths = {one.name: rows[f"length {one.name}"].astype(np.int64) for one in lists}
-            found = {one.name: (lengths.get(one.name), rows[one.name].ravel()) for one in properties}
+        lists = [property_ for property_ in properties if property_.length]
+        if all((rows[f"length {property_.name}"] == row[property_.name].shape[0]).all() for property_ in lists):
+            lengths = {property_.name: rows[f"length {property_.name}"].astype(np.int64) for property_ in lists}
+            found = {
+                property_.name: (lengths.get(property_.name), rows[property_.name].ravel()) for property_ in properties
+            }
             return found, body[count * row.itemsize :]
     return _one_by_one(body, count, properties)
 
 
 def _alike(body, properties):
-    """The dtype of a row whose lists are as long as in the first; None where that is too long for one."""
+    """The dtype of a row whose lists are as long as in the first; None where that is too much for one."""
     fields, size = [], 0
-    for one in properties:
-        if one.length:
-            length, end = _length(body, size, one)
-            fields += [(f"length {one.name}", one.length), (one.name, one.form, (length,))]
-            size = end + length * one.form.itemsize
+    for property_ in properties:
+        if property_.length:
+            length, end = _length(body, size, property_)
+            fields += [(f"length {property_.name}", property_.length), (property_.name, property_.form, (length,))]
+            size = end + length * property_.form.itemsize
         else:
-            fields.append((one.name, one.form))
-            size += one.form.itemsize
+            fields.append((property_.name, property_.form))
+            size += property_.form.itemsize
     return np.dtype(fields) if size < 1 << 30 else None
 
 
 def _one_by_one(body, count, properties):
-    lengths, values, at = {one.name: array("q") for one in properties}, {one.name: bytearray() for one in properties}, 0
+    lengths = {property_.name: array("q") for property_ in properties}
+    values, at = {property_.name: bytearray() for property_ in properties}, 0
     for _ in range(count):
-        for one in properties:
-            length, at = _length(body, at, one) if one.length else (1, at)
-            end = at + length * one.form.itemsize
+        for property_ in properties:
+            length, at = _length(body, at, property_) if property_.length else (1, at)
+            end = at + length * property_.form.itemsize
             if end > len(body):
                 raise ValueError(CUT_OFF)
-            lengths[one.name].append(length)
-            values[one.name] += body[at:end]
+            lengths[property_.name].append(length)
+            values[property_.name] += body[at:end]
             at = end
     found = {
-        one.name: (
-            np.array(lengths[one.name], np.int64) if one.length else None,
-            np.frombuffer(values[one.name], one.form),
-        )
-        for one in properties
+        name: (np.array(lengths[name], np.int64) if length else None, np.frombuffer(values[name], form))
+        for name, form, length in properties
     }
     return found, body[at:]
 
 
-def _length(body, at, one):
+def _length(body, at, property_):
     """How long the list is that begins at a place of `body`, and where its values begin."""
-    end = at + one.length.itemsize
+    end = at + property_.length.itemsize
     if end > len(body):
         raise ValueError(CUT_OFF)
-    length = float(np.frombuffer(body[at:end], one.length)[0])
+    length = float(np.frombuffer(body[at:end], property_.length)[0])
     if not (length >= 0 and length.is_integer()):
         raise ValueError("a list in it is not counted in whole numbers")
-    if length * one.form.itemsize > len(body) - end:
+    if length * property_.form.itemsize > len(body) - end:
         raise ValueError(CUT_OFF)
     return int(length), end
 

@@ -1,16 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Parameters of a scene: fields of a frozen dataclass that carry description, range or choices, read from text."""
 
+from __future__ import annotations
+
 import dataclasses
 import math
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import Any, Self
 
 from ..base.text import fit, in_any_case, unknown
 from ..physics import MEDIA, Medium
 from ..physics.media import plain_minus, to_number
 
 
-def number(default, description, low, high, unit=""):
+# A field has any type: what a dataclass takes from it is its default.
+def number(default: float | None, description: str, low: float, high: float, unit: str = "") -> Any:
     """A field that holds a float in [low, high]; `default` None means "chosen from the other parameters"."""
     return dataclasses.field(
         default=default,
@@ -18,37 +23,38 @@ def number(default, description, low, high, unit=""):
     )
 
 
-def integer(default, description, low, high):
+def integer(default: int, description: str, low: int, high: int) -> Any:
     """A field that holds an int in [low, high]."""
     return dataclasses.field(
         default=default, metadata={"kind": "integer", "description": description, "low": low, "high": high}
     )
 
 
-def switch(default, description):
+def switch(default: bool, description: str) -> Any:
     """A field that holds a bool."""
     return dataclasses.field(default=default, metadata={"kind": "switch", "description": description})
 
 
-def choice(default, description, choices):
+def choice(default: str, description: str, choices: Iterable[str]) -> Any:
     """A field that holds one of `choices`, a tuple of words; new ones come last, as Blender files hold their number."""
     return dataclasses.field(
         default=default, metadata={"kind": "choice", "description": description, "choices": tuple(choices)}
     )
 
 
-def liquid(default, description):
+def liquid(default: Medium | None, description: str) -> Any:
     """A field that holds None, or the Medium that fills a vessel."""
     return dataclasses.field(default=default, metadata={"kind": "liquid", "description": description})
 
 
-def mesh_file(default, description, words):
+def mesh_file(default: str, description: str, words: Iterable[str]) -> Any:
     """A field that holds one of `words`, or the path of a mesh file (PLY, OBJ or STL)."""
     return dataclasses.field(
         default=default, metadata={"kind": "mesh", "description": description, "choices": tuple(words)}
     )
 
 
+@dataclasses.dataclass(frozen=True)
 class Parameters:
     """Base of every scene's parameter dataclass: construction checks each value against its field.
 
@@ -60,7 +66,7 @@ class Parameters:
             object.__setattr__(self, field.name, _checked(field, getattr(self, field.name)))
 
     @classmethod
-    def read(cls, assignments):
+    def read(cls, assignments: Iterable[str]) -> Self:
         """An instance from texts "key=value"; ValueError names the keys that exist, the nearest first."""
         values = {}
         for text in assignments:
@@ -72,7 +78,7 @@ class Parameters:
         return cls.of(values)
 
     @classmethod
-    def of(cls, values):
+    def of(cls, values: Mapping[str, Any]) -> Self:
         """An instance from a dict, such as plain() gives; ValueError names the keys that exist, the nearest first."""
         names = [field.name for field in dataclasses.fields(cls)]
         for key in values:
@@ -80,12 +86,12 @@ class Parameters:
                 raise ValueError(unknown("parameter", key, names))
         return cls(**values)
 
-    def plain(self):
+    def plain(self) -> dict[str, Any]:
         """A dict of JSON-ready values that of() takes back."""
         values = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
         return {key: str(value) if isinstance(value, Medium) else value for key, value in values.items()}
 
-    def assignments(self):
+    def assignments(self) -> list[str]:
         """The fewest texts "key=value" that read() makes these parameters of; a list."""
         names = [field.name for field in dataclasses.fields(self)]
         texts = {name: f"{name}={written(getattr(self, name))}" for name in names}
@@ -99,7 +105,7 @@ class Parameters:
         return list(texts.values())
 
 
-def file_name(scene, assignments):
+def file_name(scene: str, assignments: Iterable[str]) -> str:
     """The name, without suffix, of the files that a scene's render with these texts "key=value" goes to."""
     settings = []
     for text in assignments:
@@ -155,11 +161,11 @@ def _number(field, value):
     name, low, high = field.name, field.metadata["low"], field.metadata["high"]
     whole = field.metadata["kind"] == "integer"
     unit = f" {field.metadata['unit']}" if field.metadata.get("unit") else ""
-    kind = int if whole else float
+    type_ = int if whole else float
     try:
         if isinstance(value, bool):
             raise TypeError
-        number = to_number(value, kind) if isinstance(value, str) else kind(value)
+        number = to_number(value, type_) if isinstance(value, str) else type_(value)
         if whole and not isinstance(value, str) and number != float(value):
             raise ValueError
     except (OverflowError, TypeError, ValueError):

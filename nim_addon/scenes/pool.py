@@ -1,10 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A tiled swimming pool, empty or full of a liquid with waves on it (thesis figures 5.3, 5.7, 5.9 and 5.10)."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 
+import bpy
 import numpy as np
+from numpy.typing import NDArray
 
 from ..cycles.material import interface_material
 from ..physics import Medium
@@ -24,7 +28,7 @@ GRID = 0.05
 WAVELENGTHS = (0.5, 2.5)
 
 # From this direction, 51 degrees up, the sun gives this irradiance across its rays, whatever its width.
-SUN = np.array([0.5, -0.38, 0.78]) / math.hypot(0.5, -0.38, 0.78)
+TOWARDS_SUN = np.array([0.5, -0.38, 0.78]) / math.hypot(0.5, -0.38, 0.78)
 SUN_IRRADIANCE = np.array([9.0, 8.3, 7.2])
 
 BLUE, PALE, JOINT = (0.14, 0.40, 0.55), (0.22, 0.52, 0.64), (0.72, 0.74, 0.72)
@@ -35,8 +39,8 @@ NAVY, ORANGE = (0.012, 0.03, 0.12), (0.80, 0.27, 0.04)
 class PoolParameters(Parameters):
     """Parameters of the pool; `mu`, where given, is put into `liquid`, so that `liquid` is what fills the pool."""
 
-    liquid: Medium = liquid(Medium(-1.33), "what fills the pool: none, water, nim, an index, or n=-1.33,mu=-10")
-    mu: float = number(None, "relative permeability of the liquid; the liquid's own if left out", -100.0, 100.0)
+    liquid: Medium | None = liquid(Medium(-1.33), "what fills the pool: none, water, nim, an index, or n=-1.33,mu=-10")
+    mu: float | None = number(None, "relative permeability of the liquid; the liquid's own if left out", -100.0, 100.0)
     view: str = choice("side", "where the eye is: beside the pool, above it, under water", ("side", "top", "window"))
     sky: str = choice("overcast", "the light: a grey sky, or a blue one with the sun", ("overcast", "sunny"))
     sun_angle: float = number(0.53, "width of the sun; its light stays the same", 0.25, 20.0, "degrees")
@@ -61,7 +65,7 @@ class PoolParameters(Parameters):
 
 
 @staged(PoolParameters)
-def build(parameters, backend="auto"):
+def build(parameters: PoolParameters, backend: str = "auto") -> bpy.types.Scene:
     """Build the scene from PoolParameters; returns the bpy.types.Scene. Metres, z up, the pool's long side along x."""
     stage = Stage("pool", SIZE, backend)
     _basin(stage)
@@ -84,7 +88,7 @@ def build(parameters, backend="auto"):
     return stage.scene
 
 
-def liquid_surface(height, seed, time=0.0):
+def liquid_surface(height: float, seed: int, time: float = 0.0) -> tuple[NDArray, shapes.Faces, NDArray]:
     """The liquid's surface: a sum of sines of random directions, lengths and phases, over the basin and a little more.
 
     height: metres from the lowest vertex to the highest at time 0, when their mean is LEVEL; seed: int
@@ -108,17 +112,17 @@ def liquid_surface(height, seed, time=0.0):
     return vertices, faces, _unit(normals)
 
 
-def sunny(width):
+def sunny(width: float) -> bpy.types.World:
     """A World: a blue sky and the sun() of that width in it."""
     return surfaces.sky("Sunny", (0.48, 0.70, 1.00), (0.10, 0.28, 0.80), glow=sun(width))
 
 
-def sun(width):
-    """The `glow` of surfaces.sky: a Gaussian `width` degrees wide (1/e to 1/e) that gives SUN_IRRADIANCE."""
-    return tuple(SUN), tuple(SUN_IRRADIANCE / surfaces.gaussian(width / 2)), width / 2
+def sun(width: float) -> surfaces.Glow:
+    """The sun of the sunny sky, a Gaussian `width` degrees wide from 1/e to 1/e."""
+    return surfaces.sun(TOWARDS_SUN, SUN_IRRADIANCE, width)
 
 
-def pose(parameters):
+def pose(parameters: PoolParameters) -> Pose:
     """The Pose of the camera for PoolParameters."""
     return {
         "side": Pose((-1.2, -7.4, 2.6), (-0.1, 0.0, 1.3), 66),
@@ -201,8 +205,8 @@ def _ladder(stage, foot):
     vertices, faces, origin = shapes.joined(*pieces)
     white = surfaces.plain("Ladder", (0.75, 0.76, 0.78))
     rungs = origin > 1
-    thing = stage.mesh("Ladder", vertices, faces, white, smooth=True)
-    thing.data.polygons.foreach_set("use_smooth", ~rungs)
+    ladder = stage.mesh("Ladder", vertices, faces, white, smooth=True)
+    ladder.data.polygons.foreach_set("use_smooth", ~rungs)
 
 
 def _parasol(stage, foot):

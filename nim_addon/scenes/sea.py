@@ -1,10 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The open sea from below its surface: Snell's window, and darkness around it (thesis figure 2.4)."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 
+import bpy
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from ..cycles.material import interface_material
 from ..physics import Medium
@@ -29,7 +33,9 @@ TILT = 20.0
 class SeaParameters(Parameters):
     """Parameters of the sea."""
 
-    liquid: Medium = liquid(Medium(1.33), "what the sea is made of: none, water, nim, an index, or n=-1.33,mu=-10")
+    liquid: Medium | None = liquid(
+        Medium(1.33), "what the sea is made of: none, water, nim, an index, or n=-1.33,mu=-10"
+    )
     view: str = choice("up", "where the eye under water looks: straight up, or obliquely", ("up", "oblique"))
     waves: float = number(0.1, "height of the waves, four times the standard deviation; 0 is calm", 0.0, 0.5, "m")
     seed: int = integer(1, "which waves: the same number gives the same surface", 0, 2**31 - 1)
@@ -37,7 +43,7 @@ class SeaParameters(Parameters):
 
 
 @staged(SeaParameters)
-def build(parameters, backend="auto"):
+def build(parameters: SeaParameters, backend: str = "auto") -> bpy.types.Scene:
     """Build the scene from SeaParameters; returns the bpy.types.Scene. Metres, z up, the eye below the middle."""
     stage = Stage("sea", SIZE, backend)
     corner = np.array([HALF, HALF])
@@ -51,13 +57,13 @@ def build(parameters, backend="auto"):
         stage.mesh("Liquid", vertices, faces, material, normals=corners)
     # a veiled sun in a blue sky
     towards = np.array([0.45, 0.35, 0.82]) / math.hypot(0.45, 0.35, 0.82)
-    glow = tuple(towards), (3.0, 2.8, 2.4), 14
+    glow = surfaces.Glow(towards.tolist(), (3.0, 2.8, 2.4), 14)
     stage.world(surfaces.sky("Sea sky", (0.55, 0.75, 1.00), (0.07, 0.22, 0.75), glow=glow))
     stage.camera(*pose(parameters))
     return stage.scene
 
 
-def swell(x, y, height, seed, time=0.0):
+def swell(x: ArrayLike, y: ArrayLike, height: float, seed: int, time: float = 0.0) -> tuple[NDArray, NDArray]:
     """Heights and unit normals of the surface at x and y: a sum of sines of random directions, lengths and phases.
 
     x, y: (...) metres; height: metres, four times the standard deviation; seed: int; time: seconds
@@ -77,7 +83,7 @@ def swell(x, y, height, seed, time=0.0):
     return z, normals / np.linalg.norm(normals, axis=-1, keepdims=True)
 
 
-def liquid_surface(height, seed, time=0.0):
+def liquid_surface(height: float, seed: int, time: float = 0.0) -> tuple[NDArray, shapes.Faces, NDArray]:
     """The surface as a mesh: vertices (N, 3) in metres, quads facing up, and the normals (N, 3) of swell() there."""
     if height:
         beyond = np.geomspace(FINE, HALF, 25)[1:]
@@ -91,7 +97,7 @@ def liquid_surface(height, seed, time=0.0):
     return np.stack([x, y, z], -1).reshape(-1, 3), quads.reshape(-1, 4).tolist(), normals.reshape(-1, 3)
 
 
-def pose(parameters):
+def pose(parameters: SeaParameters) -> Pose:
     """The Pose of the camera for SeaParameters."""
     eye = (0.0, 0.0, -DEPTH)
     # a little off the vertical, so that x points right in the picture

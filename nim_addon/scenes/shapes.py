@@ -1,12 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Meshes as arrays, for Stage.mesh: vertices (N, 3) in metres and faces, counter-clockwise seen from outside."""
 
+import math
+from collections.abc import Sequence
 from itertools import pairwise
+from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Faces: TypeAlias = Sequence[Sequence[int]]  # the indices of their corners
+Shape: TypeAlias = tuple[NDArray, Faces]
 
 
-def box(low, high):
+def box(low: ArrayLike, high: ArrayLike) -> Shape:
     """Vertices (8, 3) and 6 quads of an axis-aligned box from corner `low` to corner `high`."""
     corners = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], float)
     vertices = np.asarray(low, float) + corners * (np.asarray(high, float) - np.asarray(low, float))
@@ -14,19 +21,19 @@ def box(low, high):
     return vertices, faces
 
 
-def rectangle(low, high, z=0.0):
+def rectangle(low: tuple[float, float], high: tuple[float, float], z: float = 0.0) -> Shape:
     """Vertices (4, 3) and one quad at height z, facing up, between the corners low and high (x, y)."""
     (x0, y0), (x1, y1) = low, high
     return np.array([[x0, y0, z], [x1, y0, z], [x1, y1, z], [x0, y1, z]], float), [(0, 1, 2, 3)]
 
 
-def cube_sphere(divisions):
+def cube_sphere(divisions: int) -> Shape:
     """Vertices and quads of a unit sphere made of a cube, `divisions` quads of equal angle along an edge."""
     angles = np.tan(np.linspace(-np.pi / 4, np.pi / 4, divisions + 1))
     u, v = np.meshgrid(angles, angles, indexing="ij")
-    one = np.ones_like(u)
-    sides = [(one, u, v), (-one, v, u), (v, one, u), (u, -one, v), (u, v, one), (v, u, -one)]
-    points = np.concatenate([np.stack(side, -1).reshape(-1, 3) for side in sides])
+    side = np.ones_like(u)
+    sides = [(side, u, v), (-side, v, u), (v, side, u), (u, -side, v), (u, v, side), (v, u, -side)]
+    points = np.concatenate([np.stack(xyz, -1).reshape(-1, 3) for xyz in sides])
     points /= np.linalg.norm(points, axis=1, keepdims=True)
     unique, index = np.unique(points.round(9), axis=0, return_inverse=True)
     index = index.reshape(6, divisions + 1, divisions + 1)
@@ -34,7 +41,7 @@ def cube_sphere(divisions):
     return unique / np.linalg.norm(unique, axis=1, keepdims=True), quads.reshape(-1, 4).tolist()
 
 
-def revolve(profile, segments):
+def revolve(profile: ArrayLike, segments: int) -> tuple[NDArray, Faces, NDArray]:
     """Vertices and faces of a profile turned about the z axis.
 
     profile: (N, 2) radii and heights; a point of radius 0 becomes a pole, and a last point equal to the first closes
@@ -63,7 +70,7 @@ def revolve(profile, segments):
     return np.array(vertices), faces, np.array(origin)
 
 
-def tube(start, end, radius, segments=48, inner=0.0):
+def tube(start: ArrayLike, end: ArrayLike, radius: float, segments: int = 48, inner: float = 0.0) -> Shape:
     """Vertices and faces of a straight tube between two points; with `inner` > 0 a wall of that inner radius."""
     start, end = np.asarray(start, float), np.asarray(end, float)
     axis = end - start
@@ -79,13 +86,13 @@ def tube(start, end, radius, segments=48, inner=0.0):
     return start + vertices @ np.stack([x, np.cross(z, x), z]), faces
 
 
-def arc(center, radius, start, end, steps):
+def arc(center: tuple[float, float], radius: float, start: float, end: float, steps: int) -> NDArray:
     """Points of a circular arc, (steps + 1, 2), from angle `start` to `end` in degrees about `center`."""
     angle = np.radians(np.linspace(start, end, steps + 1))
     return np.asarray(center, float) + radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
 
-def sweep(points, radius, segments=12):
+def sweep(points: ArrayLike, radius: ArrayLike, segments: int = 12) -> Shape:
     """Vertices and faces of a bent tube with closed ends along `points` (N, 3); `radius` one value, or (N,)."""
     points = np.asarray(points, float)
     radius = np.broadcast_to(radius, len(points))
@@ -105,7 +112,7 @@ def sweep(points, radius, segments=12):
     return np.concatenate(rings), [*quads.tolist(), index[0, ::-1].tolist(), index[-1].tolist()]
 
 
-def frame(inner, outer, z=0.0):
+def frame(inner: ArrayLike, outer: ArrayLike, z: float = 0.0) -> Shape:
     """Vertices (8, 3) and 4 quads, facing up at height z, between two rectangles about the z axis.
 
     inner, outer: half sizes (x, y) of the hole and of the whole.
@@ -116,16 +123,17 @@ def frame(inner, outer, z=0.0):
     return vertices, [(i, (i + 1) % 4, (i + 1) % 4 + 4, i + 4) for i in range(4)]
 
 
-def grid(low, high, step):
+def grid(low: ArrayLike, high: ArrayLike, step: float) -> Shape:
     """Vertices (N, 3) at z = 0 and quads, facing up, over the rectangle low to high (x, y), at most `step` wide."""
-    counts = [max(1, int(np.ceil((b - a) / step - 1e-9))) + 1 for a, b in zip(low, high, strict=True)]
-    x, y = np.meshgrid(*(np.linspace(a, b, n) for a, b, n in zip(low, high, counts, strict=True)), indexing="ij")
+    sides = np.stack([low, high], axis=-1).tolist()
+    lines = [np.linspace(a, b, max(1, math.ceil((b - a) / step - 1e-9)) + 1) for a, b in sides]
+    x, y = np.meshgrid(*lines, indexing="ij")
     index = np.arange(x.size).reshape(x.shape)
     quads = np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], -1)
     return np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], -1), quads.reshape(-1, 4).tolist()
 
 
-def joined(*pieces):
+def joined(*pieces: Shape) -> tuple[NDArray, Faces, NDArray]:
     """Vertices and faces of several (vertices, faces) as one mesh, and for each face the index of its piece."""
     starts = np.cumsum([0] + [len(vertices) for vertices, _ in pieces])
     faces = [

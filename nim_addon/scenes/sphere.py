@@ -1,8 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A transparent sphere on a patterned ground, under a sky with a horizon (thesis figures 5.4 and 5.6)."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from typing import NamedTuple
+
+import bpy
 
 from ..cycles.material import interface_material
 from ..physics import Medium
@@ -17,17 +21,17 @@ CENTER, RADIUS = (0.0, 0.0, 1.001), 1.0
 # No joint of the pattern runs under the sphere's middle: it would show as a seam in the sky that it mirrors.
 LIGHT, DARK, TILE, JOINT, GROUND = (0.78, 0.70, 0.56), (0.11, 0.09, 0.075), 0.8, (0.3, 0.2), 200.0
 HORIZON, ZENITH = (0.62, 0.80, 1.0), (0.03, 0.14, 0.55)
-# The sun, a Gaussian: towards it, and its irradiance across its rays, whatever its width.
-SUN, SUN_IRRADIANCE = (-0.56, -0.36, 0.75), (3.748, 3.265, 2.539)
+# Towards the sun, a Gaussian, and its irradiance across its rays, whatever its width.
+TOWARDS_SUN, SUN_IRRADIANCE = (-0.56, -0.36, 0.75), (3.748, 3.265, 2.539)
 
 
 class Ball(NamedTuple):
     """An opaque sphere beside the transparent one."""
 
     name: str
-    center: tuple
+    center: tuple[float, float, float]
     radius: float
-    color: tuple
+    color: surfaces.RGB
 
 
 COMPANIONS = (
@@ -41,7 +45,7 @@ class SphereParameters(Parameters):
     """Parameters of the sphere scene."""
 
     n: float = number(-1.5, "refractive index of the sphere", -10.0, 10.0)
-    mu: float = number(None, "relative permeability of the sphere; the sign of n if left out", -100.0, 100.0)
+    mu: float | None = number(None, "relative permeability of the sphere; the sign of n if left out", -100.0, 100.0)
     companions: bool = switch(False, "an opaque red sphere behind, a blue one in front")
 
     sun_angle: float = number(16.0, "width of the sun; its light stays the same", 0.25, 30.0, "degrees")
@@ -52,13 +56,13 @@ class SphereParameters(Parameters):
         object.__setattr__(self, "mu", medium.mu)
 
     @property
-    def medium(self):
+    def medium(self) -> Medium:
         """The Medium inside the sphere."""
         return Medium(self.n, self.mu)
 
 
 @staged(SphereParameters)
-def build(parameters, backend="auto"):
+def build(parameters: SphereParameters, backend: str = "auto") -> bpy.types.Scene:
     """Build the scene from SphereParameters; returns the bpy.types.Scene. The radius is 1 m, the camera looks along +y."""
     stage = Stage("sphere", SIZE, backend)
     stage.mesh(
@@ -68,53 +72,37 @@ def build(parameters, backend="auto"):
         location=(*JOINT, 0),
     )
     ball(stage, "Sphere", CENTER, RADIUS, interface_material("Sphere", parameters.medium, backend=stage.backend))
-    for one in COMPANIONS if parameters.companions else ():
-        ball(stage, one.name, one.center, one.radius, surfaces.plain(one.name, one.color))
-    stage.world(surfaces.sky("Sky", HORIZON, ZENITH, glow=glow(parameters)), aim=256)
+    for companion in COMPANIONS if parameters.companions else ():
+        material = surfaces.plain(companion.name, companion.color)
+        ball(stage, companion.name, companion.center, companion.radius, material)
+    stage.world(surfaces.sky("Sky", HORIZON, ZENITH, glow=sun(parameters)), aim=256)
     stage.camera(*pose(parameters))
     return stage.scene
 
 
-def glow(parameters):
-    """The `glow` of surfaces.sky: the sun of these SphereParameters."""
-    width = parameters.sun_angle / 2
-    return SUN, tuple(irradiance / surfaces.gaussian(width) for irradiance in SUN_IRRADIANCE), width
+def sun(parameters: SphereParameters) -> surfaces.Glow:
+    """The sun of these SphereParameters."""
+    return surfaces.sun(TOWARDS_SUN, SUN_IRRADIANCE, parameters.sun_angle)
 
 
-def pose(parameters):
+def pose(parameters: SphereParameters | None = None) -> Pose:
     """The Pose of the camera, the same for all SphereParameters."""
     return Pose((0, -7.0, 1.9), (0, 0, 0.95), 34)
 
 
-def unlit(scene):
-    """Let every diffuse surface of a bpy.types.Scene shine with its own colour instead: what a ray meets is then known."""
-    for material in {slot.material for thing in scene.objects for slot in thing.material_slots}:
-        tree = material.node_tree
-        for node in [node for node in tree.nodes if node.type == "BSDF_DIFFUSE"]:
-            shining = tree.nodes.new("ShaderNodeEmission")
-            shining.location = node.location
-            shining.inputs["Color"].default_value = node.inputs["Color"].default_value
-            for link in node.inputs["Color"].links:
-                tree.links.new(link.from_socket, shining.inputs["Color"])
-            for link in list(node.outputs[0].links):
-                tree.links.new(shining.outputs[0], link.to_socket)
-            tree.nodes.remove(node)
-            material.cycles.emission_sampling = "NONE"  # nothing is left that it could light
-
-
-def ball(stage, name, center, radius, material):
+def ball(stage: Stage, name: str, center: tuple, radius: float, material: bpy.types.Material) -> bpy.types.Object:
     """A sphere that is round to 1e-5 of its radius: a few quads that Blender divides and casts onto the sphere."""
     vertices, faces = shapes.cube_sphere(8)
-    thing = stage.mesh(name, vertices * radius, faces, material, smooth=True, location=center)
-    make_round(thing, radius)
-    return thing
+    object_ = stage.mesh(name, vertices * radius, faces, material, smooth=True, location=center)
+    make_round(object_, radius)
+    return object_
 
 
-def make_round(thing, radius):
+def make_round(object_: bpy.types.Object, radius: float) -> None:
     """Let Blender divide the quads of a cube_sphere() object and cast them onto the sphere of that radius."""
-    divide = thing.modifiers.new("Divide", "SUBSURF")
+    divide = object_.modifiers.new("Divide", "SUBSURF")
     divide.subdivision_type = "SIMPLE"
     divide.levels, divide.render_levels = 2, 4
-    cast = thing.modifiers.new("Round", "CAST")
+    cast = object_.modifiers.new("Round", "CAST")
     cast.cast_type, cast.factor, cast.use_radius_as_size = "SPHERE", 1.0, False
     cast.size = radius

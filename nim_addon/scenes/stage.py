@@ -1,28 +1,33 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The stage a scene is put on: a Blender scene and a collection of its own; nothing of the user's is touched."""
 
+from __future__ import annotations
+
 import functools
 import math
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import bpy
 import mathutils
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .. import caustics
 from ..cycles import settings
 from ..cycles.material import resolve
+from .parameters import Parameters
+from .shapes import Faces
 
-# Marks what belongs to a stage.
-OWNER = "nim_scene"
+STAGE_MARK = "nim_scene"  # the custom property of all that belongs to a stage: the name of its scene
 SAMPLES = 128
 
 
 class Pose(NamedTuple):
     """Where a camera stands and looks, z up: `field_of_view` in degrees across the side that `fit`, a sensor_fit, names."""
 
-    eye: tuple
-    target: tuple
+    eye: tuple[float, float, float]
+    target: tuple[float, float, float]
     field_of_view: float
     fit: str = "AUTO"
 
@@ -35,19 +40,20 @@ class Stage:
     `backend`: of the materials that come onto the stage, resolved in its attribute of that name.
     """
 
-    def __init__(self, name, size, backend="auto"):
+    def __init__(self, name: str, size: tuple[int, int], backend: str = "auto"):
         self.backend = resolve(backend)
         title = f"NIM {name}"
         self.name = name
-        self.scene = built(name)
-        if self.scene is None:
+        earlier = built(name)
+        if earlier is None:
             self.scene = bpy.data.scenes.new(title)
-            self.scene[OWNER] = name
+            self.scene[STAGE_MARK] = name
         else:
-            caustics.clear(self.scene)
-            _clear(self.scene, name)
+            self.scene = earlier
+            caustics.clear(earlier)
+            _clear(earlier, name)
         self.collection = bpy.data.collections.new(title)
-        self.collection[OWNER] = name
+        self.collection[STAGE_MARK] = name
         self.scene.collection.children.link(self.collection)
         settings.lossless(self.scene, self.backend)
         self.scene.render.resolution_x, self.scene.render.resolution_y = size
@@ -57,13 +63,24 @@ class Stage:
         self.scene.view_settings.exposure = 0.0
 
     def _place(self, name, data, location=(0, 0, 0)):
-        thing = bpy.data.objects.new(name, data)
-        thing[OWNER] = self.name
-        thing.location = location
-        self.collection.objects.link(thing)
-        return thing
+        object_ = bpy.data.objects.new(name, data)
+        object_[STAGE_MARK] = self.name
+        object_.location = location
+        self.collection.objects.link(object_)
+        return object_
 
-    def mesh(self, name, vertices, faces, materials, *, slots=None, smooth=False, normals=None, location=(0, 0, 0)):
+    def mesh(
+        self,
+        name: str,
+        vertices: ArrayLike,
+        faces: Faces,
+        materials: bpy.types.Material | Sequence[bpy.types.Material],
+        *,
+        slots: ArrayLike | None = None,
+        smooth: bool = False,
+        normals: ArrayLike | None = None,
+        location: ArrayLike = (0, 0, 0),
+    ) -> bpy.types.Object:
         """An object from arrays.
 
         vertices:  (N, 3) in metres; faces: tuples of vertex indices, counter-clockwise seen from outside
@@ -73,7 +90,7 @@ class Stage:
         """
         data = bpy.data.meshes.new(name)
         data.from_pydata(np.asarray(vertices).tolist(), [], faces)
-        for material in materials if isinstance(materials, (list, tuple)) else [materials]:
+        for material in [materials] if isinstance(materials, bpy.types.Material) else materials:
             data.materials.append(material)
         if slots is not None:
             data.polygons.foreach_set("material_index", np.asarray(slots, np.int32))
@@ -84,11 +101,13 @@ class Stage:
             data.normals_split_custom_set(np.asarray(normals, float).tolist())
         return self._place(name, data, location)
 
-    def object(self, name, data, location=(0, 0, 0)):
+    def object(self, name: str, data: bpy.types.ID, location: ArrayLike = (0, 0, 0)) -> bpy.types.Object:
         """An object around data made elsewhere (a light, a mesh); returns the bpy.types.Object."""
         return self._place(name, data, location)
 
-    def camera(self, eye, target, field_of_view, fit="AUTO"):
+    def camera(
+        self, eye: Sequence[float], target: Sequence[float], field_of_view: float, fit: str = "AUTO"
+    ) -> bpy.types.Object:
         """The scene's camera in that Pose; returns the bpy.types.Object."""
         data = bpy.data.cameras.new("Camera")
         data.clip_start, data.clip_end = 0.01, 1000.0
@@ -97,19 +116,19 @@ class Stage:
         self.scene.camera = camera
         return camera
 
-    def world(self, world, aim=None):
+    def world(self, world: bpy.types.World, aim: int | None = None) -> None:
         """Light the scene with a bpy.types.World.
 
         aim: None for a smooth sky, which is found by chance more cheaply than by shadow rays, since an interface
              blocks those anyway; for one with a sun, the width in pixels of the map by which shadow rays find it
         """
-        world[OWNER] = self.name
+        world[STAGE_MARK] = self.name
         self.scene.world = world
         world.cycles.sampling_method = "NONE" if aim is None else "MANUAL"
         world.cycles.sample_map_resolution = aim or 64
 
 
-def staged(kind):
+def staged(parameters_type: type[Parameters]) -> Callable:
     """Decorate a function build(parameters, backend) of a scene whose parameters are of that type.
 
     It raises TypeError, one sentence, for others, before anything is built, and leaves no new scene behind if it fails.
@@ -118,16 +137,16 @@ def staged(kind):
     def decorated(build):
         @functools.wraps(build)
         def checked(parameters, backend="auto"):
-            if not isinstance(parameters, kind):
-                name = kind.__name__
+            if not isinstance(parameters, parameters_type):
+                name = parameters_type.__name__
                 raise TypeError(f"{parameters!r} is no {name}; give {name}(), or {name}.read() of a list of settings.")
             before = set(bpy.data.scenes)
             try:
                 return build(parameters, backend)
             except BaseException:
                 for scene in set(bpy.data.scenes) - before:
-                    if OWNER in scene:
-                        _clear(scene, scene[OWNER])
+                    if STAGE_MARK in scene:
+                        _clear(scene, scene[STAGE_MARK])
                         bpy.data.scenes.remove(scene)
                 raise
 
@@ -136,7 +155,9 @@ def staged(kind):
     return decorated
 
 
-def aim(camera, eye, target, field_of_view, fit="AUTO"):
+def aim(
+    camera: bpy.types.Object, eye: Sequence[float], target: Sequence[float], field_of_view: float, fit: str = "AUTO"
+) -> None:
     """Put a camera (bpy.types.Object) into that Pose."""
     camera.data.sensor_fit = fit
     camera.data.angle = math.radians(field_of_view)
@@ -145,19 +166,21 @@ def aim(camera, eye, target, field_of_view, fit="AUTO"):
     camera.rotation_euler = direction.to_track_quat("-Z", "Y").to_euler()
 
 
-def built(name):
+def built(name: str) -> bpy.types.Scene | None:
     """The bpy.types.Scene that holds the stage of that name, or None."""
-    return next((scene for scene in bpy.data.scenes if scene.get(OWNER) == name), None)
+    return next((scene for scene in bpy.data.scenes if scene.get(STAGE_MARK) == name), None)
 
 
 def _clear(scene, name):
     """Remove the stage's own objects, collections and world from its scene, and the data that only they used."""
-    own = [thing for thing in scene.collection.all_objects if thing.get(OWNER) == name]
-    collections = [collection for collection in scene.collection.children_recursive if collection.get(OWNER) == name]
-    for thing in {thing for collection in collections for thing in collection.all_objects} - set(own):
-        if thing.name not in scene.collection.objects:
-            scene.collection.objects.link(thing)
-    used = _used_by([*own, scene.world] if scene.world and scene.world.get(OWNER) == name else own)
+    own = [object_ for object_ in scene.collection.all_objects if object_.get(STAGE_MARK) == name]
+    collections = [
+        collection for collection in scene.collection.children_recursive if collection.get(STAGE_MARK) == name
+    ]
+    for object_ in {object_ for collection in collections for object_ in collection.all_objects} - set(own):
+        if object_.name not in scene.collection.objects:
+            scene.collection.objects.link(object_)
+    used = _used_by([*own, scene.world] if scene.world and scene.world.get(STAGE_MARK) == name else own)
     if scene.world in used:
         scene.world = None
     bpy.data.batch_remove([*own, *collections])
@@ -174,8 +197,8 @@ def _used_by(roots):
     while front:
         found |= front
         front = {data for data, using in users.items() if using & front} - found
-    kinds = (bpy.types.Object, bpy.types.Scene, bpy.types.Collection)
-    return [data for data in found if not isinstance(data, kinds)]
+    kept = (bpy.types.Object, bpy.types.Scene, bpy.types.Collection)
+    return [data for data in found if not isinstance(data, kept)]
 
 
 def _alive(data):

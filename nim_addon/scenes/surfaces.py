@@ -1,21 +1,37 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Opaque materials and skies of the scenes, in Blender's own nodes. Colours are linear RGB, lengths metres."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple, TypeAlias
 
 import bpy
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..caustics import lights
 from ..cycles.nodes import Nodes, empty_tree
 
+RGB: TypeAlias = tuple[float, float, float]
+Paint: TypeAlias = Callable[[Nodes], Any]  # returns a colour: an RGB, or the output of a node
 
-def plain(name, color):
+
+class Glow(NamedTuple):
+    """A soft sun, added to a sky: a Gaussian of the angle from its middle."""
+
+    towards: Sequence[float]  # it, of any length
+    color: Sequence[float]  # of its middle, the radiance in RGB
+    width: float  # half of it, from the middle to where it has fallen to 1 / e, in degrees
+
+
+def plain(name: str, color: RGB) -> bpy.types.Material:
     """A Lambertian material of one colour."""
     return diffuse(name, lambda nodes: color)
 
 
-def diffuse(name, paint):
+def diffuse(name: str, paint: Paint) -> bpy.types.Material:
     """A Lambertian material; `paint(nodes)` returns its colour, an RGB triple or an output."""
     material = bpy.data.materials.new(name)
     nodes = Nodes(empty_tree(material))
@@ -26,7 +42,7 @@ def diffuse(name, paint):
     return material
 
 
-def shining(name, paint, strength=1.0):
+def shining(name: str, paint: Paint, strength: float = 1.0) -> bpy.types.Material:
     """A material that only emits; `paint(nodes)` returns its colour, an RGB triple or an output."""
     material = bpy.data.materials.new(name)
     nodes = Nodes(empty_tree(material))
@@ -34,7 +50,7 @@ def shining(name, paint, strength=1.0):
     return material
 
 
-def checker(name, light, dark, size):
+def checker(name: str, light: RGB, dark: RGB, size: float) -> bpy.types.Material:
     """A Lambertian board of squares of side `size`, in object space, x and y only."""
 
     def paint(nodes):
@@ -47,11 +63,12 @@ def checker(name, light, dark, size):
     return diffuse(name, paint)
 
 
-def sky(name, horizon, zenith, *, strength=1.0, ground=None, glow=None):
+def sky(
+    name: str, horizon: RGB, zenith: RGB, *, strength: float = 1.0, ground: RGB | None = None, glow: Glow | None = None
+) -> bpy.types.World:
     """A World: `horizon` colour blending with the elevation to `zenith`; `ground` (or horizon) below the horizon.
 
-    glow: None, or (direction towards it, colour, half-width in degrees): a soft sun, added as a Gaussian of the angle;
-          lights.sun_of() finds it, and caustics.Bake can hide it from paths that were scattered
+    glow: None, or a sun in it; lights.sun_of() finds it, and caustics.Bake can hide it from paths that were scattered
     """
     world = bpy.data.worlds.new(name)
     nodes = Nodes(empty_tree(world))
@@ -81,13 +98,18 @@ def sky(name, horizon, zenith, *, strength=1.0, ground=None, glow=None):
     return world
 
 
-def gaussian(width):
+def sun(towards: ArrayLike, irradiance: ArrayLike, width: float) -> Glow:
+    """The Glow `width` degrees wide, from 1/e to 1/e, that gives this irradiance in RGB across its rays."""
+    return Glow(tuple(np.asarray(towards)), tuple(np.divide(irradiance, gaussian(width / 2))), width / 2)
+
+
+def gaussian(width: float) -> float:
     """Irradiance across its rays of a Gaussian `glow` of peak radiance 1 and that half-width in degrees: steradians."""
     angle, step = np.linspace(0, np.pi / 2, 20001, retstep=True)
-    return np.pi * np.sum(np.exp(-np.square(angle / math.radians(width))) * np.sin(2 * angle)) * step
+    return float(np.pi * np.sum(np.exp(-np.square(angle / math.radians(width))) * np.sin(2 * angle)) * step)
 
 
-def spiral(name, light, dark, pitch):
+def spiral(name: str, light: RGB, dark: RGB, pitch: float) -> bpy.types.Material:
     """A Lambertian barber's pole: a dark stripe that winds about the object's z axis once in every `pitch`."""
 
     def paint(nodes):
@@ -100,20 +122,35 @@ def spiral(name, light, dark, pitch):
     return diffuse(name, paint)
 
 
-def tiles(nodes, u, v, size, low, high, joint, width):
+def tiles(
+    nodes: Nodes, u: Any, v: Any, size: float, low: Any, high: Any, joint: RGB, width: float
+) -> bpy.types.NodeSocket:
     """The colour of square tiles of side `size` with joints of colour `joint` and that `width` between them.
 
     u, v: outputs, metres along the surface; low, high: colours (RGB or outputs) each tile is a random mixture of.
     """
     place = nodes.add("ShaderNodeCombineXYZ", inputs={0: u, 1: v}).outputs[0]
-    colors = [c if isinstance(c, bpy.types.NodeSocket) else (*c, 1.0) for c in (low, high, joint)]
-    # the node measures its mortar from the edge of one brick: half a joint
-    values = {"Scale": 1.0, "Mortar Size": width / 2, "Mortar Smooth": 0.0, "Brick Width": size, "Row Height": size}
-    inputs = dict(zip(("Vector", "Color1", "Color2", "Mortar"), (place, *colors), strict=True)) | values
-    return nodes.add("ShaderNodeTexBrick", inputs=inputs, offset=0.0, squash=1.0).outputs["Color"]
+    first, second, mortar = (c if isinstance(c, bpy.types.NodeSocket) else (*c, 1.0) for c in (low, high, joint))
+    node = nodes.add(
+        "ShaderNodeTexBrick",
+        inputs={
+            "Vector": place,
+            "Color1": first,
+            "Color2": second,
+            "Mortar": mortar,
+            "Scale": 1.0,
+            "Mortar Size": width / 2,  # measured from the edge of a brick: half a joint
+            "Mortar Smooth": 0.0,
+            "Brick Width": size,
+            "Row Height": size,
+        },
+        offset=0.0,
+        squash=1.0,
+    )
+    return node.outputs["Color"]
 
 
-def overcast(name, zenith):
+def overcast(name: str, zenith: RGB) -> bpy.types.World:
     """A World: the overcast sky of the CIE, `zenith` times (1 + 2 sin(elevation)) / 3, its horizon's colour below."""
     world = bpy.data.worlds.new(name)
     nodes = Nodes(empty_tree(world))

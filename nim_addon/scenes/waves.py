@@ -2,12 +2,15 @@
 """Waves that travel on deep liquid: random directions, lengths and phases, and the frequencies that go with them."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 COUNT = 40
 GRAVITY = 9.81  # m/s^2
 
 
-def random_waves(seed, lengths):
+def random_waves(
+    seed: int, lengths: tuple[float, float]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """COUNT waves sin(k . (x, y) + phase - omega t), each of which travels along its k.
 
     seed: int; lengths: (shortest, longest) in metres, between which theirs are strewn evenly on a logarithmic scale
@@ -17,6 +20,7 @@ def random_waves(seed, lengths):
     """
     random = np.random.default_rng(seed)
     angle, phase = random.uniform(0, 2 * np.pi, (2, COUNT))
-    length = np.exp(random.uniform(*np.log(lengths), COUNT))
+    shortest, longest = np.log(lengths)
+    length = np.exp(random.uniform(shortest, longest, COUNT))
     wavenumber = 2 * np.pi / length
     return wavenumber * np.stack([np.cos(angle), np.sin(angle)]), phase, np.sqrt(GRAVITY * wavenumber), length

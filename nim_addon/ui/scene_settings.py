@@ -237,14 +237,14 @@ def _view_changed(self, context):
     _changed(self, context)
     scene = self.id_data
     settings = scene.nim_scenes
-    camera = scene.camera if scene.get(stages.OWNER) == settings.scene else None
-    if camera is not None and camera.get(stages.OWNER) == settings.scene and not settings.problem:
+    camera = scene.camera if scene.get(stages.STAGE_MARK) == settings.scene else None
+    if camera is not None and camera.get(stages.STAGE_MARK) == settings.scene and not settings.problem:
         stages.aim(camera, *SCENES[settings.scene].pose(parameters_of(settings)))
 
 
 def _quality_changed(self, context):
     scene = self.id_data
-    if scene.get(stages.OWNER) == self.scene:
+    if scene.get(stages.STAGE_MARK) == self.scene:
         apply_quality(scene)
 
 

@@ -15,7 +15,7 @@ SIZE = (64, 64)
 def test_a_sphere_of_nothing_leaves_the_ground_evenly_lit():
     nothing = sphere.SphereParameters(n=1.0, sun_angle=0.53)
     cells = caustics.ground_in_the_sun(nothing, 0)
-    towards = np.divide(sphere.SUN, np.linalg.norm(sphere.SUN))
+    towards = np.divide(sphere.TOWARDS_SUN, np.linalg.norm(sphere.TOWARDS_SUN))
     assert cells.mean() == pytest.approx(sphere.SUN_IRRADIANCE[0] * towards[2], rel=0.002)
     assert cells.std() < 0.03 * cells.mean()
 
@@ -24,7 +24,7 @@ def test_the_shadow_lies_away_from_the_sun():
     rows, columns = np.nonzero(caustics.shadow())
     # rows run from +y; the sun stands at -x and -y, and the picture's middle is near the shadow's
     place = caustics.MIDDLE[0] + (columns.mean() + 0.5 - caustics.CELLS / 2) * 2 * caustics.REACH / caustics.CELLS
-    assert place == pytest.approx(-sphere.SUN[0] / sphere.SUN[2] * sphere.CENTER[2], abs=0.15)
+    assert place == pytest.approx(-sphere.TOWARDS_SUN[0] / sphere.TOWARDS_SUN[2] * sphere.CENTER[2], abs=0.15)
     assert len(rows) > 20
 
 

@@ -91,7 +91,7 @@ def test_the_sun_makes_the_caustics_that_are_traced(images, failing, monkeypatch
 
 def test_calm_liquid_lets_the_sun_through_evenly():
     calm = pool_optics.floor_in_the_sun(dataclasses.replace(NIM, sun_angle=0.5), 1.0, 8, side=500)
-    straight = scene_of.SUN[2]
+    straight = scene_of.TOWARDS_SUN[2]
     T = Interface(NIM.liquid).fresnel(straight).T
     assert calm.mean() == pytest.approx(scene_of.SUN_IRRADIANCE[0] * straight * T / 1.33**2, rel=0.005)
     assert calm.std() / calm.mean() < 0.02

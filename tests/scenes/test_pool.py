@@ -315,7 +315,7 @@ def test_the_sun_lights_a_plane_the_same_whatever_its_width(picture, monkeypatch
     monkeypatch.setattr(pool, "SUN_IRRADIANCE", 0 * strength)
     sky = irradiance(5)
     for light in both:
-        assert (light - sky) / (strength * pool.SUN[2]) == pytest.approx(1, abs=0.01)
+        assert (light - sky) / (strength * pool.TOWARDS_SUN[2]) == pytest.approx(1, abs=0.01)
 
 
 def test_the_overcast_sky_is_that_of_the_cie(picture):

@@ -76,7 +76,7 @@ def test_build_shows_the_scene_with_its_settings(settings, build, name):
     home_objects = set(home.objects)
     scene = build()
     assert scene != home
-    assert scene[stages.OWNER] == name
+    assert scene[stages.STAGE_MARK] == name
     assert set(home.objects) == home_objects
     assert bpy.context.window.scene == scene
     assert settings.scene == name

@@ -101,7 +101,7 @@ def run(arguments: argparse.Namespace) -> None:
             made_with, usual = record["blender"], f"{fit(Path(arguments.again).stem)}_again"
         else:
             request = Request.of(arguments.scene, arguments.assignments)
-            usual = file_name(request.scene, arguments.assignments)
+            usual = file_name(str(request.scene), arguments.assignments)
         request = with_options(request, arguments)
     name = arguments.name or words.own_name(usual)
     if arguments.frames:

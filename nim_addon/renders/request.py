@@ -146,8 +146,9 @@ class Request:
     def of(cls, scene: str, settings: Mapping[str, object] | Iterable[str] = (), **options) -> Request:
         """A request for the scene of a name, in any case, with settings: a dict, or texts "key=value"; options as above."""
         type_ = scene_type(in_any_case(scene, SCENES))
-        read = type_.parameters.of if isinstance(settings, Mapping) else type_.parameters.read
-        return cls(type_.name, read(settings), **options)
+        if isinstance(settings, Mapping):
+            return cls(type_.name, type_.parameters.of(settings), **options)
+        return cls(type_.name, type_.parameters.read(settings), **options)
 
     @classmethod
     def of_blend(cls, file: str | Path, scene: str | None = None, **options) -> Request:
@@ -329,7 +330,7 @@ class Session:
         scene.view_layers[0].cycles.denoising_store_passes = request.denoise and request.keep_noise
         scene.render.use_persistent_data = self._persistent
         if request.pose:
-            aim(scene.camera, *request.pose)
+            aim(_known(scene.camera), *request.pose)
         if request.change:
             change_of(request.change)(scene)
         return scene

@@ -68,7 +68,7 @@ def run(arguments: argparse.Namespace) -> None:
     settings = {"set": arguments.assignments} if arguments.assignments else {}
     compared = {**settings, "compares": [" ".join(assignments) for assignments, _ in variants]}
     requests = dict(zip(names, (request for _, request in variants), strict=True))
-    with Output(arguments, len(variants)) as output:
+    with Output(len(variants), quiet=arguments.quiet, progress=arguments.progress) as output:
         render_side_by_side(requests, arguments.out, joined, compared, output)
 
 

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 
 from ..base import records, signals, streams
@@ -32,7 +31,7 @@ def run(text: str) -> None:
         raise UsageError("the job is not understood.") from None
     with refused():
         requests = {name: Request.from_record(record, name) for name, record in asked.items()}
-    with Output(argparse.Namespace(quiet=False, progress=True), len(requests)) as output:
+    with Output(len(requests), progress=True) as output:
         if joined:
             return render_side_by_side(requests, folder, joined, compared, output)
         for name, request in requests.items():

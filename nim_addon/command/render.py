@@ -106,7 +106,7 @@ def run(arguments: argparse.Namespace) -> None:
     name = arguments.name or words.own_name(usual)
     if arguments.frames:
         return _render_frames(request, arguments, name)
-    with Output(arguments, 1) as output:
+    with Output(1, quiet=arguments.quiet, progress=arguments.progress) as output:
         rendered = carry_out(request, arguments.out, name, output, blend=arguments.blend, made_with=made_with)
         output.end([rendered.exr, rendered.png], rendered.record["size"], rendered.record["samples"])
 
@@ -127,7 +127,7 @@ def _render_frames(request, arguments, name):
         raise UsageError(f"nothing moves in the {request.scene}; --frames is for the pool and the sea.")
     with refused():
         moments = request.sequence(*arguments.frames, arguments.fps or FPS)
-    with Output(arguments, len(moments)) as output:
+    with Output(len(moments), quiet=arguments.quiet, progress=arguments.progress) as output:
         for frame, moment in moments.items():
             output.frame = frame
             rendered = carry_out(moment, arguments.out, f"{name}_{frame:04}", output, keep=True, blend=arguments.blend)

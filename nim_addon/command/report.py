@@ -52,18 +52,17 @@ def note(text: str) -> None:
 
 
 def at_terminal(arguments: argparse.Namespace) -> bool:
-    """Whether a person sees at a terminal how far it is, and did not ask for less, or for JSON."""
-    silent = arguments.quiet or getattr(arguments, "json", False) or getattr(arguments, "progress", False)
-    return not silent and sys.stderr.isatty()
+    """Whether a person sees at a terminal how far it is, who asked neither for --quiet nor for --json."""
+    return sys.stderr.isatty() and not (arguments.quiet or arguments.json)
 
 
 class Output:
     """What a render of one or more images tells: nothing, files and a line for a person, or JSON (--progress)."""
 
-    def __init__(self, arguments: argparse.Namespace, images: int) -> None:
-        """Of parsed arguments that have --quiet and --progress, and how many images it will be."""
-        self.quiet, self.progress, self.images = arguments.quiet, arguments.progress, images
-        self.shown = at_terminal(arguments)
+    def __init__(self, images: int, *, quiet: bool = False, progress: bool = False) -> None:
+        """Of so many images, with --quiet or --progress."""
+        self.images, self.quiet, self.progress = images, quiet, progress
+        self.shown = sys.stderr.isatty() and not (quiet or progress)
         self.files: list[str] = []
         self.frame: int | None = None  # the number of the image that is being made, in a sequence
         self.started = time.monotonic()

@@ -415,3 +415,16 @@ def test_a_blend_is_what_is_in_it(blend, tmp_path, one_sentence):
     assert not (tmp_path / "new").exists()
     with pytest.raises(ValueError, match="its own parameters and backend"):
         dataclasses.replace(asked, backend="osl")
+
+
+def test_a_blend_that_cycles_does_not_render_is_refused(empty_file, tmp_path, one_sentence):
+    from nim_addon.base.streams import quiet
+
+    with quiet():
+        bpy.ops.wm.read_homefile(use_factory_startup=True)
+        bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "usual.blend"), copy=True)
+    before = set(bpy.data.user_map())
+    with pytest.raises(ValueError) as caught:
+        Request.of_blend(tmp_path / "usual.blend").render(tmp_path / "new")
+    one_sentence(caught.value, "is not rendered by Cycles")
+    assert set(bpy.data.user_map()) == before and not (tmp_path / "new").exists()

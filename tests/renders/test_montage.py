@@ -1,0 +1,23 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Images side by side: where each stands, and what lies between."""
+
+import numpy as np
+import pytest
+
+from nim_addon.renders.montage import grid
+
+
+@pytest.mark.parametrize(("form", "white"), ((np.uint8, 255), (np.float32, 1)))
+def test_pictures_stand_in_rows_and_the_smaller_are_centred(form, white):
+    pictures = [np.full((height, 6, 3), value, form) for height, value in ((4, 0), (2, 0), (4, 0))]
+    sheet = grid(pictures, 2)
+    assert sheet.shape == (4 + 2 + 4, 6 + 2 + 6, 3) and sheet.dtype == form
+    dark = sheet[..., 0] == 0
+    assert dark[:4, :6].all() and dark[6:, :6].all()
+    assert dark[1:3, 8:].all() and not dark[[0, 3], 8:].any()
+    assert not dark[4:6].any() and not dark[:, 6:8].any() and not dark[6:, 8:].any()
+    assert sheet.max() == white
+
+
+def test_without_columns_all_stand_in_one_row():
+    assert grid([np.zeros((4, 6, 3))] * 3).shape == (4, 3 * 6 + 2 * 2, 3)

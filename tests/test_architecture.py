@@ -53,7 +53,10 @@ def test_every_folder_is_a_room_and_the_paper_knows_each():
     assert folders == {*ROOMS, *TOPS}
     paper = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
     table = paper[paper.index("| room |") : paper.index("Beside them")]
-    assert re.findall(r"^\| `(\w+)` \|", table, re.MULTILINE) == [*ROOMS, *TOPS]
+    rows = re.findall(r"^\| `(\w+)` \| (.*?) \|", table, re.MULTILINE)
+    assert [room for room, _ in rows] == [*ROOMS, *TOPS]
+    told = [f"{room}.{name}" for room, text in rows for name in re.findall(r"`(\w+)`", text)]
+    assert not set(told) - set(MODULES), "a row names modules of its room"
 
 
 def test_imports_go_one_way():

@@ -38,7 +38,7 @@ def wrong_engine(scene):
 
 
 def few_bounces(scene):
-    scene.cycles.transparent_max_bounces = settings.FEWEST - 1
+    scene.cycles.transparent_max_bounces = settings.FEWEST_BOUNCES - 1
 
 
 def clamped(scene):

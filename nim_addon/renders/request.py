@@ -33,19 +33,12 @@ from .values import CHECKS, RECORDED, version_numbers
 
 FEW_PHOTONS = 1 << 20  # fewer than these are baked into small textures
 TEXELS = 512, 2048  # edges of the largest texture, of few photons and of many
-OF_A_SCENE = (
-    "scene",
-    "parameters",
-    "size",
-    "samples",
-    "seed",
-    "denoise",
-)  # what the record of every render of a scene has
+OPEN_IN_A_BLEND = ("size", "samples", "seed", "denoise")  # what the file decides where the request does not
+OF_A_SCENE = ("scene", "parameters", *OPEN_IN_A_BLEND)  # what the record of every render of a scene has
 
 # From the name of an image and its samples, or from its samples and photons: what render(), or bake(), reports to.
 Showing = Callable[[str, int], AbstractContextManager[Callable[[int, int, float | None], None] | None]]
 Tracing = Callable[[int, int], AbstractContextManager[Callable[[int, int], None] | None]]
-
 
 Value = TypeVar("Value")
 
@@ -246,18 +239,29 @@ class Request:
             raise ValueError(f"{image} is a part of a figure; repeat it with `nimray figures`.")
         return cls.from_record(record, str(image)), record
 
+    def decided(self) -> Request:
+        """The same with all decided that it leaves open, as its image records it; raises as Session.request does."""
+        with Session(self) as session:
+            return session.request
+
     def key(self) -> str:
-        """A hash, in hexadecimal, of all that decides the pixels: files count by their content, not by their names."""
-        record = self.record()
+        """A hash, in hexadecimal, of all that decides the pixels: files count by their content, not by their names.
+
+        It is of what is decided(), so a request and the record of its image have the same: where something is open, the
+        scene is built to decide it. Raises as decided() does.
+        """
+        record = self.decided().record()
         if self.blend:
             del record["blend"]["file"]
         else:
-            record["backend"] = resolve(self.backend)
-            for field in dataclasses.fields(_known(self.parameters)):
-                value = record["parameters"][field.name]
-                if field.metadata["kind"] == "mesh" and value not in field.metadata["choices"]:
-                    record["parameters"][field.name] = sha256_of(Path(value))
+            record["parameters"] |= {name: sha256_of(path) for name, path in self._mesh_files().items()}
         return hashlib.sha256(json.dumps(record, sort_keys=True).encode()).hexdigest()
+
+    def _mesh_files(self):
+        """The files that its parameters name, {parameter: path}."""
+        fields = dataclasses.fields(self.parameters) if self.parameters else ()
+        meshes = {field: getattr(self.parameters, field.name) for field in fields if field.metadata["kind"] == "mesh"}
+        return {field.name: Path(mesh) for field, mesh in meshes.items() if mesh not in field.metadata["choices"]}
 
     # -------------------------------------------------------------------------------------------- the act
 
@@ -301,7 +305,8 @@ class Session:
                     "this Blender was built without OpenImageDenoise; leave --denoise out and take more samples."
                 )
             if request.blend:
-                request = _as_in(self._temporary.scene, request)
+                if any(getattr(request, key) is None for key in OPEN_IN_A_BLEND):
+                    request = _as_in(self._temporary.scene, request)
             else:
                 request = dataclasses.replace(request, backend=resolve(request.backend))
                 if request.caustics is None:
@@ -350,7 +355,7 @@ class Session:
 
         folder:  where to; made if missing
         seed:    in place of the request's
-        keep:    what is there already, whole and made of the same, is not rendered again
+        keep:    what is there already, whole and made of the same, and no older than a mesh file, is not rendered again
         blend:   also save NAME.blend there
         showing: called with the name and the samples; returns a context that gives cycles.render.render()'s progress
         tracing: called with samples and photons; returns a context that gives caustics.bake()'s progress
@@ -359,7 +364,7 @@ class Session:
         """
         request = self.request if seed is None else dataclasses.replace(self.request, seed=seed)
         record = request.record()
-        if keep and (exr := _found(folder, name, record, blend)):
+        if keep and (exr := _found(folder, name, request, blend)):
             return Rendered(exr, exr.with_suffix(".png"), record, True)
         scene = self._temporary.scene
         # else Blender renders it at the frame of the scene that is shown
@@ -403,11 +408,13 @@ def _bake(scene, request, file, tracing):
         caustics.bake(scene, photons=photons, texels=texels, seed=request.seed, file=file, progress=progress)
 
 
-def _found(folder, name, record, blend):
+def _found(folder, name, request, blend):
     """The EXR of a render that is there, all its files whole and made of the same; None where it is not."""
-    with contextlib.suppress(RuntimeError):  # there is no such home, as will be said
+    with contextlib.suppress(OSError, RuntimeError):  # there is no such home, as will be said
         exr = Path(folder).expanduser() / f"{name}.exr"
-        if record_of(exr) == record and (not blend or exr.with_suffix(".blend").is_file()):
+        same = record_of(exr) == request.record() and (not blend or exr.with_suffix(".blend").is_file())
+        # a record knows a mesh file by its path alone
+        if same and all(mesh.stat().st_mtime < exr.stat().st_mtime for mesh in request._mesh_files().values()):
             return exr
     return None
 

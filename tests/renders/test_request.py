@@ -3,6 +3,7 @@
 
 import dataclasses
 import json
+import os
 import shutil
 
 import bpy
@@ -13,7 +14,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nim_addon.base.version import VERSION
+from nim_addon.caustics import PHOTONS
 from nim_addon.cycles.images import read_metadata
+from nim_addon.cycles.material import resolve
 from nim_addon.physics import MEDIA
 from nim_addon.renders import changes, request
 from nim_addon.renders.blends import Blend
@@ -220,7 +223,7 @@ def test_a_record_of_a_later_version_or_with_less_is_refused(one_sentence):
 
 
 def test_keys_differ_where_pixels_do(monkeypatch):
-    usual = Request.of("sphere", ["n=-1.5"], **TINY)
+    usual = Request.of("sphere", ["n=-1.5"], **TINY, caustics="path")
     others = [
         {"size": (16, 24)},
         {"samples": 3},
@@ -228,7 +231,6 @@ def test_keys_differ_where_pixels_do(monkeypatch):
         {"backend": "osl"},
         {"denoise": True},
         {"denoise": True, "keep_noise": True},
-        {"caustics": "path"},
         {"caustics": "traced"},
         {"caustics": "traced", "photons": 5},
         {"caustics": "traced", "photons": 5, "texels": 6},
@@ -239,11 +241,24 @@ def test_keys_differ_where_pixels_do(monkeypatch):
     ]
     requests = [usual, *(dataclasses.replace(usual, **values) for values in others)]
     assert len({one.key() for one in requests}) == len(requests)
-    assert usual.key() == Request.from_record(as_from_a_file(usual.record())).key()
     assert dataclasses.replace(usual, backend="auto").key() in {usual.key(), requests[4].key()}
     before = usual.key()
     monkeypatch.setattr(request, "VERSION", "9.0")
     assert usual.key() != before
+
+
+@pytest.mark.parametrize("sky", ["sunny", "overcast"])
+def test_what_is_open_is_in_the_key_as_it_is_decided(empty_file, monkeypatch, sky):
+    asked = Request.of("pool", {"liquid": "nim", "sky": sky}, size=(24, 16), samples=2)
+    decided = asked.decided()
+    assert asked.caustics is None and asked.backend == "auto"
+    assert (decided.caustics, decided.photons) == {"sunny": ("traced", PHOTONS), "overcast": ("path", None)}[sky]
+    assert decided.backend == resolve("auto")
+    recorded = Request.from_record(as_from_a_file(decided.record()))
+    assert recorded == decided and len(bpy.data.scenes) == 1
+    key = asked.key()
+    monkeypatch.setattr(request.caustics, "best_way", None)  # nobody asks again what is decided
+    assert recorded.key() == decided.key() == key
 
 
 def test_files_count_by_their_content(tmp_path, empty_file):
@@ -276,6 +291,7 @@ def test_what_is_there_is_not_rendered_again(tmp_path, empty_file):
     asked = Request.of("sphere", **TINY)
     first = asked.render(tmp_path)
     assert not first.was_there
+    assert asked.key() == Request.again(first.exr)[0].key()
     assert asked.render(tmp_path) == first._replace(was_there=True)
     assert asked.render(tmp_path, keep=False) == first
     assert not dataclasses.replace(asked, seed=1).render(tmp_path).was_there
@@ -285,6 +301,18 @@ def test_what_is_there_is_not_rendered_again(tmp_path, empty_file):
     assert not asked.render(tmp_path, blend=True).was_there
     assert first.exr.with_suffix(".blend").is_file()
     assert asked.render(tmp_path, blend=True).was_there
+
+
+def test_a_mesh_file_that_has_changed_is_another(tmp_path, empty_file):
+    mesh = tmp_path / "one.obj"
+    mesh.write_text(PYRAMID)
+    os.utime(mesh, (1, 1))
+    asked = Request.of("glass", {"figures": str(mesh)}, **TINY, caustics="path")
+    first = asked.render(tmp_path, "one")
+    assert asked.render(tmp_path, "one").was_there
+    mesh.write_text(PYRAMID.replace("v 0 0 1", "v 0 0 2"))
+    os.utime(mesh, (later := first.exr.stat().st_mtime + 1, later))
+    assert not asked.render(tmp_path, "one").was_there
 
 
 def test_a_scene_is_built_once_for_several_seeds(tmp_path, empty_file, monkeypatch):
@@ -377,7 +405,7 @@ def test_a_blend_is_rendered_while_another_file_is_open(blend, tmp_path):
     assert before <= set(bpy.data.user_map())
     again, record = Request.again(made.png)
     assert again == Request.of_blend(blend, "NIM sphere", size=(24, 16), samples=2, seed=5, denoise=False)
-    assert record == made.record and again.render(tmp_path / "out").was_there
+    assert record == made.record and again.render(tmp_path / "out").was_there and again.key() == asked.key()
 
     later = dataclasses.replace(asked, frame=10).render(tmp_path / "out", "later")
     assert later.record["frame"] == 10

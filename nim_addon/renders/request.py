@@ -254,14 +254,10 @@ class Request:
         if self.blend:
             del record["blend"]["file"]
         else:
-            record["parameters"] |= {name: sha256_of(path) for name, path in self._mesh_files().items()}
+            record["parameters"] |= {
+                name: sha256_of(path) for name, path in _known(self.parameters).mesh_files().items()
+            }
         return hashlib.sha256(json.dumps(record, sort_keys=True).encode()).hexdigest()
-
-    def _mesh_files(self):
-        """The files that its parameters name, {parameter: path}."""
-        fields = dataclasses.fields(self.parameters) if self.parameters else ()
-        meshes = {field: getattr(self.parameters, field.name) for field in fields if field.metadata["kind"] == "mesh"}
-        return {field.name: Path(mesh) for field, mesh in meshes.items() if mesh not in field.metadata["choices"]}
 
     # -------------------------------------------------------------------------------------------- the act
 
@@ -413,8 +409,8 @@ def _found(folder, name, request, blend):
     with contextlib.suppress(OSError, RuntimeError):  # there is no such home, as will be said
         exr = Path(folder).expanduser() / f"{name}.exr"
         same = record_of(exr) == request.record() and (not blend or exr.with_suffix(".blend").is_file())
-        # a record knows a mesh file by its path alone
-        if same and all(mesh.stat().st_mtime < exr.stat().st_mtime for mesh in request._mesh_files().values()):
+        meshes = request.parameters.mesh_files().values() if request.parameters else ()
+        if same and all(mesh.stat().st_mtime < exr.stat().st_mtime for mesh in meshes):  # recorded by its path alone
             return exr
     return None
 

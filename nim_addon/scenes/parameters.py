@@ -91,6 +91,12 @@ class Parameters:
         values = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
         return {key: str(value) if isinstance(value, Medium) else value for key, value in values.items()}
 
+    def mesh_files(self) -> dict[str, Path]:
+        """The mesh files that they name, by the fields that do."""
+        meshes = [field for field in dataclasses.fields(self) if field.metadata["kind"] == "mesh"]
+        values = {field.name: (getattr(self, field.name), field.metadata["choices"]) for field in meshes}
+        return {name: Path(value) for name, (value, words) in values.items() if value not in words}
+
     def assignments(self) -> list[str]:
         """The fewest texts "key=value" that read() makes these parameters of; a list."""
         names = [field.name for field in dataclasses.fields(self)]

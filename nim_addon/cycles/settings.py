@@ -131,7 +131,7 @@ def mend(scene: bpy.types.Scene, problem: Problem) -> None:
 def lossless(scene: bpy.types.Scene, backend: str) -> None:
     """Set a scene to render interfaces with Cycles, without bias; size and samples stay as they are.
 
-    backend: "osl" or "nodes" (closures.resolve)
+    backend: "osl" or "nodes" (closures.backends.resolve)
     """
     _put(scene, "render.engine", "CYCLES")
     for loss in LOSSES:

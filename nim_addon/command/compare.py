@@ -33,7 +33,7 @@ def add_to(commands: argparse._SubParsersAction) -> None:
         "Commas part the values, but for the one before mu=, which belongs to its medium. Without --vary: empty, water\n"
         "and NIM. Each image is kept too; in the comparison they stand from left to right in the order of the values.",
     )
-    parser.add_argument("scene", metavar="SCENE", help="glass, pool, sphere or sea")
+    parser.add_argument("scene", metavar="SCENE", help=words.A_SCENE)
     parser.add_argument(
         "--vary", nargs="+", action="extend", default=[], metavar="KEY=A,B,...", help="one image for each of the values"
     )

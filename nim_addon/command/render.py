@@ -39,7 +39,7 @@ def add_to(commands: argparse._SubParsersAction) -> None:
         "was made of the same, is not rendered again.\n\n"
         "`nimray scenes` lists the scenes and the keys that --set takes.",
     )
-    parser.add_argument("scene", nargs="?", metavar="SCENE", help="glass, pool, sphere or sea")
+    parser.add_argument("scene", nargs="?", metavar="SCENE", help=words.A_SCENE)
     add_options(parser)
     parser.add_argument("--blend", action="store_true", help="save the Blender file too")
     parser.add_argument("--again", metavar="FILE", help="repeat the render that made this EXR or PNG")
@@ -86,7 +86,7 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.fps and not arguments.frames:
         raise UsageError("--fps goes with --frames.")
     if not arguments.again and not arguments.scene:
-        raise UsageError("name a scene to render: glass, pool, sphere or sea.")
+        raise UsageError(f"name a scene to render: {words.A_SCENE}.")
     blender.load()
     from ..renders.request import Request
     from ..scenes.parameters import file_name

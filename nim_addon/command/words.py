@@ -9,11 +9,12 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import NoReturn
 
-from ..base.options import BACKENDS, LARGEST_SIDE, LAST_FRAME
+from ..base.options import BACKENDS, LARGEST_SIDE, LAST_FRAME, SCENE_NAMES
 from ..base.text import fit
 from ..physics import Medium
 from ..physics.media import to_number
 
+A_SCENE = f"{', '.join(SCENE_NAMES[:-1])} or {SCENE_NAMES[-1]}"
 LONGEST_NAME = 200  # bytes, of the 255 that file systems take: what is half written has a longer one
 
 Size = tuple[int, int]  # width and height, pixels

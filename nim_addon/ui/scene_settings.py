@@ -260,7 +260,7 @@ GROUPS = {name: _group(scene_type) for name, scene_type in SCENES.items()}
 
 
 class NIM_PG_scenes(bpy.types.PropertyGroup):
-    """What the scenes panel holds, in each Blender scene."""
+    """What the scenes panel holds, in each Blender scene; the group of each of our scenes, by its name, follows."""
 
     scene: EnumProperty(
         name="Scene",
@@ -271,10 +271,6 @@ class NIM_PG_scenes(bpy.types.PropertyGroup):
         default="glass",
         update=_changed,
     )
-    glass: PointerProperty(name="Glass", description="Parameters of the glass", type=GROUPS["glass"])
-    pool: PointerProperty(name="Pool", description="Parameters of the pool", type=GROUPS["pool"])
-    sphere: PointerProperty(name="Sphere", description="Parameters of the sphere", type=GROUPS["sphere"])
-    sea: PointerProperty(name="Sea", description="Parameters of the sea", type=GROUPS["sea"])
     quality: EnumProperty(
         name="Quality",
         description="Samples a pixel and size of the picture; a built scene follows at once",
@@ -293,6 +289,10 @@ class NIM_PG_scenes(bpy.types.PropertyGroup):
     )
 
 
+NIM_PG_scenes.__annotations__ |= {
+    name: PointerProperty(name=name.title(), description=f"Parameters of the {name}", type=group)
+    for name, group in GROUPS.items()
+}
 CLASSES = (*GROUPS.values(), NIM_PG_scenes)
 
 

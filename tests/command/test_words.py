@@ -4,7 +4,9 @@
 import pytest
 
 from nim_addon import command
+from nim_addon.base.options import SCENE_NAMES
 from nim_addon.command import words
+from nim_addon.scenes import SCENES
 
 SMALL = ("--size", "32x24", "--samples", "4")
 
@@ -178,3 +180,8 @@ def test_names_are_known_in_any_case_and_a_figure_is_made_once(capsys, monkeypat
 def test_size_may_be_a_part_of_the_scenes_own():
     assert words.size("25%")((720, 480)) == (180, 120)
     assert words.size("64x48")((720, 480)) == (64, 48)
+
+
+def test_the_scenes_that_are_offered_are_those_that_there_are():
+    assert SCENE_NAMES == tuple(SCENES)
+    assert words.A_SCENE == "glass, pool, sphere or sea"

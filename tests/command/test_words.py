@@ -183,5 +183,5 @@ def test_size_may_be_a_part_of_the_scenes_own():
 
 
 def test_the_scenes_that_are_offered_are_those_that_there_are():
-    assert SCENE_NAMES == tuple(SCENES)
+    assert tuple(SCENES) == SCENE_NAMES
     assert words.A_SCENE == "glass, pool, sphere or sea"

@@ -320,7 +320,7 @@ def shapes(scene):
     for object_ in (object_ for object_ in scene.objects if object_.type == "MESH"):
         mesh = object_.data
         vertices, triangles, corners = meshes.vertices(mesh), meshes.triangles(mesh), meshes.corners(mesh)
-        slots = meshes.read(mesh.loop_triangles, "material_index", kind=np.int32)
+        slots = meshes.read(mesh.loop_triangles, "material_index", dtype=np.int32)
         normals = meshes.read(mesh.corner_normals, "vector", 3)
         word = object_.name.partition(".")[0].lower()
         at_vertices = np.zeros_like(vertices)

@@ -27,7 +27,7 @@ from .atlas import Chart, Part
 from .bending import POWER, WHITE, Bending, switch
 
 PLACE_ATTRIBUTE = "nim_place"  # of the corners of the meshes that light lands on: Tracer._mark()
-# the kinds of data-blocks that a Tracer makes
+# The collections of bpy.data of what a Tracer makes.
 DATA = ("objects", "meshes", "materials", "worlds", "cameras", "scenes", "node_groups")
 BOX_SAMPLES = 5  # points along an edge of a box that light is sent at
 
@@ -79,7 +79,7 @@ class Tracer:
         self.surfaces: list[bpy.types.Object] = []
 
     def __enter__(self) -> Tracer:
-        before = {kind: set(getattr(bpy.data, kind)) for kind in DATA}
+        before = {name: set(getattr(bpy.data, name)) for name in DATA}
         try:
             self._build()
         except BaseException:
@@ -355,8 +355,8 @@ def _is_plain(matrix):
 
 
 def _since(before):
-    """The data-blocks that were made since there were those, {kind: set}."""
-    return [data for kind in DATA for data in set(getattr(bpy.data, kind)) - before[kind]]
+    """The data-blocks that were made since there were those, {name of a collection of bpy.data: set}."""
+    return [data for name in DATA for data in set(getattr(bpy.data, name)) - before[name]]
 
 
 def _box(mesh, matrix):

@@ -101,11 +101,11 @@ def coarseness(mesh: bpy.types.Mesh) -> float:
     edges, faces = len(mesh.edges), len(mesh.polygons)
     if faces > MOST_FACES:
         return 0.0
-    smooth = meshes.read(mesh.polygons, "use_smooth", kind=bool)
+    smooth = meshes.read(mesh.polygons, "use_smooth", dtype=bool)
     if not smooth.any():
         return 0.0
-    edge = meshes.attribute(mesh, ".corner_edge", "value", kind=np.int32)
-    sharp = meshes.read(mesh.edges, "use_edge_sharp", kind=bool)
+    edge = meshes.attribute(mesh, ".corner_edge", "value", dtype=np.int32)
+    sharp = meshes.read(mesh.edges, "use_edge_sharp", dtype=bool)
     normal, area = meshes.read(mesh.polygons, "normal", 3), meshes.read(mesh.polygons, "area")
     face = np.repeat(np.arange(faces), np.diff(meshes.starts(mesh)))
     order = np.argsort(edge, kind="stable")

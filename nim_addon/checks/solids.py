@@ -97,7 +97,7 @@ class Solid:
         count = len(mesh.polygons)
         self.points = np.nan_to_num(meshes.vertices(mesh), posinf=0, neginf=0)
         self.corners, self.begins = meshes.corners(mesh), meshes.starts(mesh)
-        self.material = meshes.read(mesh.polygons, "material_index", kind=np.int32)
+        self.material = meshes.read(mesh.polygons, "material_index", dtype=np.int32)
         used = np.zeros(len(self.points), bool)
         used[self.corners] = True
         self.low, self.high = bounds(self.points[used])
@@ -132,7 +132,7 @@ class Solid:
         _, first, same = np.unique(_words(self.points), return_index=True, return_inverse=True)
         self.same = first[same.ravel()]
         alone = len(first) == len(self.points)
-        edges = self._edges(meshes.attribute(mesh, ".corner_edge", "value", kind=np.int32) if alone else None)
+        edges = self._edges(meshes.attribute(mesh, ".corner_edge", "value", dtype=np.int32) if alone else None)
         lonely = edges.faces[edges.edge] == 1
         if not lonely.any():
             return edges

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sized
 from itertools import pairwise
 
 import bpy
@@ -12,30 +11,25 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 
-def read(items: Sized, name: str, width: int = 1, kind: DTypeLike = np.float32) -> NDArray:
+def read(items: bpy.types.bpy_prop_collection, name: str, width: int = 1, dtype: DTypeLike = np.float32) -> NDArray:
     """The property `name` of all items of a Blender collection: (N, width), or (N,) where the width is 1.
 
-    kind: the type of the array; where it is that of the property, Blender copies faster
+    dtype: of the array; where it is that of the property, Blender copies faster
     """
-    values = np.empty((len(items), width) if width > 1 else len(items), kind)
+    values = np.empty((len(items), width) if width > 1 else len(items), dtype)
     items.foreach_get(name, values.ravel())
     return values
 
 
-def attribute(mesh: bpy.types.Mesh, name: str, field: str, width: int = 1, kind: DTypeLike = np.float32) -> NDArray:
+def attribute(mesh: bpy.types.Mesh, name: str, field: str, width: int = 1, dtype: DTypeLike = np.float32) -> NDArray:
     """read() of an attribute of a mesh, with no row where the mesh has none of that name.
 
     The built-in ones, position, .corner_vert and the like, are copied at once here; as properties of vertices and loops
     they are read one by one, which takes 50 to 300 times as long.
     """
-    return read(mesh.attributes[name].data if name in mesh.attributes else _Nothing(), field, width, kind)
-
-
-class _Nothing(tuple):
-    """A Blender collection without items."""
-
-    def foreach_get(self, name: str, values: NDArray) -> None:
-        """Leave the array, which is empty, as it is."""
+    if name not in mesh.attributes:
+        return np.empty((0, width) if width > 1 else 0, dtype)
+    return read(mesh.attributes[name].data, field, width, dtype)
 
 
 def vertices(mesh: bpy.types.Mesh, matrix: mathutils.Matrix | ArrayLike | None = None) -> NDArray:
@@ -52,7 +46,7 @@ def moved(points: ArrayLike, matrix: mathutils.Matrix | ArrayLike) -> NDArray:
 
 def corners(mesh: bpy.types.Mesh) -> NDArray:
     """(L,) the vertex of each corner, face by face."""
-    return attribute(mesh, ".corner_vert", "value", kind=np.int32)
+    return attribute(mesh, ".corner_vert", "value", dtype=np.int32)
 
 
 def starts(mesh: bpy.types.Mesh) -> NDArray:
@@ -64,7 +58,7 @@ def starts(mesh: bpy.types.Mesh) -> NDArray:
 
 def slots(mesh: bpy.types.Mesh, count: int) -> NDArray:
     """(F,) the material index of each face, as a render takes those that are beyond the `count` of materials."""
-    return np.clip(read(mesh.polygons, "material_index", kind=np.int32), 0, count - 1)
+    return np.clip(read(mesh.polygons, "material_index", dtype=np.int32), 0, count - 1)
 
 
 def triangles(mesh: bpy.types.Mesh, name: str = "vertices") -> NDArray:

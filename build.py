@@ -126,7 +126,7 @@ def environment(blender, bring=False, locked=False):
     folder = ROOT / (".venv" if blender == DEFAULT else f".venv-{blender}")
     finder = functools.partial(maker, PYTHON[blender], bring)
     what = f"with Blender {blender} (once, about 500 MB)"
-    return made(folder, packages(blender), finder, what, locked_packages(blender) if locked else None)
+    return environment_in(folder, packages(blender), finder, what, locked_packages(blender) if locked else None)
 
 
 def packages(blender):
@@ -146,10 +146,10 @@ def writing():
     """The Python of .venv-docs, which makes the pages, made when missing or stale. There is no Blender in it."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     wanted = project["optional-dependencies"]["docs"]
-    return made(ROOT / ".venv-docs", wanted, lambda: sys.executable, "for the pages (once, about 200 MB)")
+    return environment_in(ROOT / ".venv-docs", wanted, lambda: sys.executable, "for the pages (once, about 200 MB)")
 
 
-def made(folder, wanted, finder, what, locked=None):
+def environment_in(folder, wanted, finder, what, locked=None):
     """The Python of an environment with the packages `wanted`; `finder` finds the Python to make it with, if need be.
 
     locked: a file with all the packages to be installed, in the place of the newest that fit; any will do if None
@@ -326,15 +326,15 @@ def package(python, rest):
     target.mkdir(exist_ok=True)
     # built beside and renamed: two of these at once do not meet, and one that is stopped leaves no half zip
     with tempfile.TemporaryDirectory(prefix=".package-", dir=target) as work:
-        staged, made = Path(work, "nim_addon"), Path(work, "made")
+        staged, built = Path(work, "nim_addon"), Path(work, "built")
         leave = shutil.ignore_patterns("__pycache__", "*.pyc")
         shutil.copytree(ROOT / "nim_addon", staged, ignore=leave)
         shutil.copytree(ROOT / "osl", staged / "osl", ignore=leave)
         shutil.copy(ROOT / "LICENSE", staged)
-        made.mkdir()
+        built.mkdir()
         code = run(python, tool, "validate", staged)
-        code = code or run(python, tool, "build", "--source-dir", staged, "--output-dir", made)
-        for file in () if code else made.iterdir():
+        code = code or run(python, tool, "build", "--source-dir", staged, "--output-dir", built)
+        for file in () if code else built.iterdir():
             os.replace(file, target / file.name)
             print(target / file.name)
     return code

@@ -91,7 +91,7 @@ def test_build_refuses_what_it_does_not_know(words, capsys):
 
 @pytest.fixture
 def pips(monkeypatch):
-    """What pip would have been asked for by build.made(), a list of words for each call."""
+    """What pip would have been asked for by build.environment_in(), a list of words for each call."""
     asked = []
 
     def run(words, **_):
@@ -111,19 +111,19 @@ def test_a_locked_environment_has_what_the_lock_says(pips, tmp_path):
     lock = tmp_path / "lock.txt"
     lock.write_text("numpy==2.0.0 --hash=sha256:0\n")
 
-    def made(wanted=("numpy",), locked=None):
-        build.made(tmp_path / "env", list(wanted), lambda: sys.executable, "", locked)
+    def times_asked(wanted=("numpy",), locked=None):
+        build.environment_in(tmp_path / "env", list(wanted), lambda: sys.executable, "", locked)
         return len(pips)
 
-    assert made() == 1 and pips[-1][-1] == "numpy"
-    assert made() == 1
-    assert made(locked=lock) == 2 and pips[-1][-1] == str(lock) and "--require-hashes" in pips[-1]
+    assert times_asked() == 1 and pips[-1][-1] == "numpy"
+    assert times_asked() == 1
+    assert times_asked(locked=lock) == 2 and pips[-1][-1] == str(lock) and "--require-hashes" in pips[-1]
     # who asks for no lock takes it as it is
-    assert made() == made(locked=lock) == 2
+    assert times_asked() == times_asked(locked=lock) == 2
     lock.write_text("numpy==2.0.1 --hash=sha256:1\n")
-    assert made() == 2
-    assert made(locked=lock) == 3
-    assert made(["numpy", "scipy"]) == 4
+    assert times_asked() == 2
+    assert times_asked(locked=lock) == 3
+    assert times_asked(["numpy", "scipy"]) == 4
 
 
 @pytest.mark.parametrize("blender", ("4.2", "4.5", "5.0", "5.2"))

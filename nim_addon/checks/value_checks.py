@@ -124,7 +124,7 @@ def bumps(sight: Sight) -> list[Problem]:
     """The Problems of bumps whose heights are taken so far apart that light is lost."""
     found = []
     for material in sight.worn:
-        widths = [_filter_width(*one) for one in asked(material) if one.node.type == "BUMP"]
+        widths = [_filter_width(node, path) for node, path in asked(material) if node.type == "BUMP"]
         if any(width is not None and width > WIDEST_FILTER for width in widths):
             texts = (
                 "{material} takes the heights of its bumps a whole pixel apart: small ones lose up to 8 % of the light.",

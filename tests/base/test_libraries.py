@@ -133,7 +133,7 @@ def test_a_python_that_is_only_a_shim_is_seen_through(build, monkeypatch, tmp_pa
 
 def test_without_a_python_for_it_setup_says_so_by_its_exit_code(build, monkeypatch, capsys):
     monkeypatch.setitem(build.PYTHON, "5.2", (3, 99))
-    monkeypatch.setattr(build, "made", lambda folder, wanted, finder, *_: finder())
+    monkeypatch.setattr(build, "environment_in", lambda folder, wanted, finder, *_: finder())
     assert build.main(["setup", "--blender", "5.2"]) == build.NO_PYTHON
     assert "python3.99" in capsys.readouterr().err
 

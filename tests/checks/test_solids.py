@@ -40,8 +40,8 @@ def test_a_cube_is_closed_and_of_its_volume(split, shift, place):
 def test_the_poles_of_a_nurbs_sphere_are_no_holes(empty_file):
     # a ring of vertices a rounding apart at each
     bpy.ops.surface.primitive_nurbs_surface_sphere_add()
-    thing = bpy.context.object.evaluated_get(bpy.context.evaluated_depsgraph_get())
-    (part,) = Solid(thing.to_mesh()).parts
+    obj = bpy.context.object.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    (part,) = Solid(obj.to_mesh()).parts
     assert part.closed and part.volume == pytest.approx(4.13, abs=0.01)
 
 
@@ -79,8 +79,8 @@ def test_parts_that_touch_at_an_edge_are_two():
 
 def test_a_liquid_that_meets_the_wall_of_its_glass_leaves_no_hole(empty_file):
     scene = build(GlassParameters(), "nodes")
-    (thing,) = [thing for thing in scene.objects if thing.name == "Glass"]
-    parts = Solid(thing.data).parts
+    (obj,) = [obj for obj in scene.objects if obj.name == "Glass"]
+    parts = Solid(obj.data).parts
     assert len(parts) == 3 and not any(part.holes for part in parts) and all(part.seams == 240 for part in parts)
 
 
@@ -114,15 +114,15 @@ def test_within():
 
 def test_components():
     rng = np.random.default_rng(3)
-    kind = rng.integers(0, 7, 300)
-    kind[:7] = range(7)
+    group = rng.integers(0, 7, 300)
+    group[:7] = range(7)
     pairs = [(5, 5)]
     for k in range(7):
-        those = rng.permutation(np.flatnonzero(kind == k))
-        pairs += pairwise(those)
+        members = rng.permutation(np.flatnonzero(group == k))
+        pairs += pairwise(members)
     label = components(300, *np.array(pairs).T)
-    lowest = [np.flatnonzero(kind == k)[0] for k in range(7)]
-    assert label.tolist() == [lowest[k] for k in kind]
+    lowest = [np.flatnonzero(group == k)[0] for k in range(7)]
+    assert label.tolist() == [lowest[k] for k in group]
 
 
 def test_a_mesh_without_faces():

@@ -3,7 +3,8 @@
 
   .venv/bin/python docs/make_gallery.py FOLDER [FOLDER ...]
 
-Each figure is taken from the first of the folders that has it. What stands above MARK in the page is written by hand and kept.
+Each figure is taken from the first of the folders that has it. What stands above PAGE_MARK in the page is written by hand
+and kept.
 """
 
 import json
@@ -17,12 +18,12 @@ import OpenImageIO as oiio
 
 DOCS = Path(__file__).resolve().parent
 PAGE, IMAGES = DOCS / "gallery.md", DOCS / "images"
-MARK = "<!-- docs/make_gallery.py writes what follows; above this line the page is written by hand. -->"
+PAGE_MARK = "<!-- docs/make_gallery.py writes what follows; above this line the page is written by hand. -->"
 WIDEST, HEAVIEST = 1600, 300_000
 LONG = 8  # claims; a longer table is folded
 
 
-def main(folders):
+def main(folders: list[str]) -> int:
     """Write the page and the pictures of all figures that lie in `folders`; returns the exit code."""
     records = {}
     for folder in map(Path, folders):
@@ -32,21 +33,21 @@ def main(folders):
     if not records:
         print("make_gallery.py: no figure-*.json there; give a folder that `nimray figures` wrote.", file=sys.stderr)
         return 2
-    by_hand, mark, _ = PAGE.read_text(encoding="utf-8").partition(MARK)
+    by_hand, mark, _ = PAGE.read_text(encoding="utf-8").partition(PAGE_MARK)
     if not mark:
-        print(f"make_gallery.py: {PAGE.name} has lost its mark, {MARK!r}.", file=sys.stderr)
+        print(f"make_gallery.py: {PAGE.name} has lost its mark, {PAGE_MARK!r}.", file=sys.stderr)
         return 1
     chosen = [records[number] for number in sorted(records, key=in_order)]
     for old in IMAGES.glob("figure-*.*"):
         if old.stem.removeprefix("figure-") in records:
             old.unlink()
-    parts = [f"{by_hand}{MARK}\n\n{_sum([record for _, record in chosen])}"]
+    parts = [f"{by_hand}{PAGE_MARK}\n\n{_sum([record for _, record in chosen])}"]
     parts += [_section(record, _picture(folder, record)) for folder, record in chosen]
     PAGE.write_text("\n".join(parts), encoding="utf-8")
     return 0
 
 
-def in_order(number):
+def in_order(number: str) -> tuple:
     """A key that sorts figures: 5.10 after 5.9, the appendices last."""
     chapter, _, place = number.partition(".")
     return not chapter.isdigit(), chapter.zfill(4), int(place)
@@ -89,14 +90,14 @@ def _section(record, picture):
     """One figure: its picture, its caption, what must hold, and the table of its claims."""
     title = _escaped(record["title"])
     command = f"nimray figures {record['figure']}" + (" --quality final" if record["quality"] == "final" else "")
-    made = f"{record['quality'].capitalize()} quality, Blender {record['blender']}, nimray {record['nimray']}"
+    source = f"{record['quality'].capitalize()} quality, Blender {record['blender']}, nimray {record['nimray']}"
     lines = [f"## {record['figure']} {title}", "", f"![Figure {record['figure']}: {title}](images/{picture})", ""]
     if record["shows"].rstrip(".") != record["title"].rstrip("."):
         lines += [_escaped(record["shows"]), ""]
     said = {claim["text"] for claim in record["claims"]}
     must = [_escaped(sentence) for sentence in record["must_hold"] if sentence not in said]
     lines += [f"- {sentence}" for sentence in must] + ([""] if must else [])
-    return "\n".join([*lines, *_table(record["claims"]), "", f"{made}: `{command}`", ""])
+    return "\n".join([*lines, *_table(record["claims"]), "", f"{source}: `{command}`", ""])
 
 
 def _table(claims):

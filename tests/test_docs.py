@@ -141,7 +141,7 @@ def gallery(tmp_path, monkeypatch):
     spec.loader.exec_module(module)
     monkeypatch.setattr(module, "PAGE", tmp_path / "gallery.md")
     monkeypatch.setattr(module, "IMAGES", tmp_path)
-    module.PAGE.write_text(f"By hand.\n{module.MARK}\nOld.\n", encoding="utf-8")
+    module.PAGE.write_text(f"By hand.\n{module.PAGE_MARK}\nOld.\n", encoding="utf-8")
     return module
 
 
@@ -177,7 +177,7 @@ def test_the_gallery_is_written_from_the_records_of_runs(gallery, tmp_path):
     run_of(tmp_path / "b", "5.10", 2.0)
     assert gallery.main([first, second]) == 0
     text = gallery.PAGE.read_text(encoding="utf-8")
-    assert text.startswith(f"By hand.\n{gallery.MARK}\n") and "Old." not in text
+    assert text.startswith(f"By hand.\n{gallery.PAGE_MARK}\n") and "Old." not in text
     assert text.index("## 5.9 A title") < text.index("## 5.10 A title")
     assert "2 figures; 1 of 2 claims fail" in text and "1 claims, 1 FAIL" in text
     assert r"| \|n\| | 1 | 1 | 0.1 | m |" in text, "5.10 is not the first folder's"

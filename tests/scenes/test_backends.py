@@ -21,11 +21,11 @@ BLOCK = 8
 
 @pytest.mark.parametrize("name, settings", [(name, settings) for name, *settings in PICTURES], ids=str)
 def test_backends_agree(name, settings, empty_file, render):
-    kind = scene_type(name)
-    parameters = kind.parameters.read(settings)
+    type_ = scene_type(name)
+    parameters = type_.parameters.read(settings)
     pictures = []
     for seed, backend in enumerate(("osl", "nodes")):
-        scene = kind.build(parameters, backend)
+        scene = type_.build(parameters, backend)
         assert scene.cycles.shading_system == (backend == "osl")
         scene.render.resolution_x, scene.render.resolution_y = 6 * BLOCK, 5 * BLOCK
         # sample 0 sits in the middle of the pixel for every seed: it would not be noise

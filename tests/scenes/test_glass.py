@@ -23,17 +23,11 @@ def build(*settings):
     return glass.build(glass.GlassParameters.read(settings))
 
 
-def vertices_of(thing):
+def vertices_of(object_):
     """World positions (N, 3) of an object's vertices."""
-    points = np.empty((len(thing.data.vertices), 3), np.float32)
-    thing.data.vertices.foreach_get("co", points.ravel())
-    return points @ np.array(thing.matrix_basis.to_3x3()).T + np.array(thing.matrix_basis.translation)
-
-
-def held():
-    """The names of the data-blocks of each kind that the file holds."""
-    kinds = [p.identifier for p in bpy.data.bl_rna.properties if p.type == "COLLECTION"]
-    return {kind: sorted(data.name for data in getattr(bpy.data, kind)) for kind in kinds}
+    points = np.empty((len(object_.data.vertices), 3), np.float32)
+    object_.data.vertices.foreach_get("co", points.ravel())
+    return points @ np.array(object_.matrix_basis.to_3x3()).T + np.array(object_.matrix_basis.translation)
 
 
 def sides(material):
@@ -83,9 +77,9 @@ def test_glass_is_closed_and_the_liquid_shares_its_ring(filling):
 def test_a_straight_line_meets_media_in_order(filling):
     """Along any line through the glass, each face's near medium is the one that the line is in: no gap, no overlap."""
     build(f"liquid={filling}")
-    thing = bpy.data.objects["Glass"]
-    pairs = [sides(material) for material in thing.data.materials]
-    tree = BVHTree.FromPolygons(vertices_of(thing).tolist(), [tuple(face.vertices) for face in thing.data.polygons])
+    object_ = bpy.data.objects["Glass"]
+    pairs = [sides(material) for material in object_.data.materials]
+    tree = BVHTree.FromPolygons(vertices_of(object_).tolist(), [tuple(face.vertices) for face in object_.data.polygons])
     rng = np.random.default_rng(1)
     met = set()
     for _ in range(400):
@@ -98,7 +92,7 @@ def test_a_straight_line_meets_media_in_order(filling):
             place = point + Vector(direction) * 1e-6
             if index == last:  # a line crosses a flat face once: this is rounding
                 continue
-            inside, outside = pairs[thing.data.polygons[index].material_index]
+            inside, outside = pairs[object_.data.polygons[index].material_index]
             near, far = (outside, inside) if normal.dot(Vector(direction)) < 0 else (inside, outside)
             assert near == within
             met.add((near, far))
@@ -189,7 +183,7 @@ def test_glass_stands_clear_of_the_table():
 # -- a scene of a file -------------------------------------------------------------------------------------------------
 
 
-def test_building_again_leaves_nothing_over():
+def test_building_again_leaves_nothing_over(held):
     settings = ["liquid=nim", "figures=monkey"]
     build(*settings)
     once = held()
@@ -276,7 +270,7 @@ def stl():
 
 
 @pytest.mark.parametrize(("name", "content"), [("t.ply", PLY.encode()), ("t.obj", OBJ.encode()), ("T.STL", stl())])
-def test_a_mesh_file_becomes_three_statues(name, content, tmp_path):
+def test_a_mesh_file_becomes_three_statues(name, content, tmp_path, held):
     path = tmp_path / name
     path.write_bytes(content)
     build("figures=monkey")
@@ -307,7 +301,7 @@ BROKEN = {
 
 
 @pytest.mark.parametrize("name", BROKEN)
-def test_a_broken_mesh_file_is_refused_and_leaves_everything_as_it_was(name, tmp_path, one_sentence):
+def test_a_broken_mesh_file_is_refused_and_leaves_everything_as_it_was(name, tmp_path, one_sentence, held):
     path = tmp_path / name
     path.write_bytes(BROKEN[name])
     build("liquid=water")

@@ -104,9 +104,9 @@ def ours(path):
 def blenders(path):
     getattr(bpy.ops.wm, f"{path.suffix[1:]}_import")(filepath=str(path))
     found = []
-    for thing in bpy.context.scene.objects:
-        vertices = [thing.matrix_basis @ vertex.co for vertex in thing.data.vertices]
-        found += drawn(vertices, [face.vertices for face in thing.data.polygons])
+    for object_ in bpy.context.scene.objects:
+        vertices = [object_.matrix_basis @ vertex.co for vertex in object_.data.vertices]
+        found += drawn(vertices, [face.vertices for face in object_.data.polygons])
     return sorted(found)
 
 

@@ -18,12 +18,6 @@ WATER, NIM = Medium(1.33), Medium(-1.33)
 pytestmark = pytest.mark.usefixtures("empty_file")
 
 
-def census():
-    """How many of everything the file holds."""
-    collections = (p.identifier for p in bpy.data.bl_rna.properties if p.type == "COLLECTION")
-    return {name: len(getattr(bpy.data, name)) for name in collections}
-
-
 def built(**values):
     return pool.build(pool.PoolParameters(**values))
 
@@ -69,9 +63,9 @@ def uniform_world(scene, strength):
 def dark_basin_only(scene):
     """Leave the liquid and a black basin that ends at its level: nothing stands in the way above the surface."""
     black = glow("Black", 0.0)
-    for thing in list(scene.objects):
-        if thing.type == "MESH" and thing.name not in ("Liquid", "Basin"):
-            bpy.data.objects.remove(thing)
+    for object_ in list(scene.objects):
+        if object_.type == "MESH" and object_.name not in ("Liquid", "Basin"):
+            bpy.data.objects.remove(object_)
     basin = scene.objects["Basin"].data
     for slot in range(len(basin.materials)):
         basin.materials[slot] = black
@@ -202,8 +196,8 @@ def test_the_surface_closes_the_basin_and_stays_below_the_deck(height):
         for x, y in [(along, -1), (along, 1), (-1, along), (1, along)]:
             # from just below the deck: the ladder and the parasol are above
             start = (x * inside[0], y * inside[1], -1e-4)
-            hit, place, normal, _, thing, _ = scene.ray_cast(graph, start, (0, 0, -1))
-            assert hit and thing.name in ("Liquid", "Ladder"), start
+            hit, place, normal, _, object_, _ = scene.ray_cast(graph, start, (0, 0, -1))
+            assert hit and object_.name in ("Liquid", "Ladder"), start
             assert normal.z > 0 and place.z < 0
 
 
@@ -215,13 +209,13 @@ def test_the_highest_waves_stay_below_the_deck():
 
 
 @pytest.mark.parametrize("sky", ["overcast", "sunny"])
-def test_building_again_leaves_nothing_behind(sky):
+def test_building_again_leaves_nothing_behind(sky, held):
     bpy.data.objects.new("Mine", bpy.data.meshes.new("Mine")).use_fake_user = True
     built(sky=sky)
-    once = census()
+    once = held()
     built(sky=sky, liquid="none", view="window")
     built(sky=sky)
-    assert census() == once
+    assert held() == once
     assert "Mine" in bpy.data.objects
 
 
@@ -366,9 +360,9 @@ def test_a_thing_in_the_air_is_seen_where_snell_puts_it(picture, liquid):
 @pytest.mark.parametrize("liquid", [WATER, NIM], ids=str)
 def test_no_light_is_lost_in_the_waves(picture, liquid):
     scene = built(liquid=liquid, view="window", waves=0.05)
-    for thing in list(scene.objects):
-        if thing.type == "MESH" and thing.name != "Liquid":
-            bpy.data.objects.remove(thing)
+    for object_ in list(scene.objects):
+        if object_.type == "MESH" and object_.name != "Liquid":
+            bpy.data.objects.remove(object_)
     uniform_world(scene, 1.0)
     assert picture(scene, 8) == pytest.approx(1, abs=1e-3)
 
@@ -377,9 +371,9 @@ def test_no_light_is_lost_in_the_waves(picture, liquid):
 def test_from_the_side_only_a_nim_shows_the_near_wall(picture, liquid, shown):
     scene = built(liquid=liquid, view="side")
     black = glow("Black", 0.0)
-    for thing in scene.objects:
-        if thing.type == "MESH" and thing.name != "Liquid":
-            for slot in thing.material_slots:
+    for object_ in scene.objects:
+        if object_.type == "MESH" and object_.name != "Liquid":
+            for slot in object_.material_slots:
                 slot.material = black
     wall = bpy.data.meshes.new("Wall")
     x, y = pool.HALF[0], -pool.HALF[1] + 1e-3
@@ -395,9 +389,9 @@ def test_from_the_side_only_a_nim_shows_the_near_wall(picture, liquid, shown):
 @pytest.mark.parametrize("liquid", [None, WATER, NIM], ids=["empty", "water", "nim"])
 def test_from_the_top_the_floor_is_magnified_as_snell_says(picture, liquid):
     scene = built(liquid=liquid, view="top", waves=0)
-    for thing in list(scene.objects):
-        if thing.type == "MESH" and thing.name != "Liquid":
-            bpy.data.objects.remove(thing)
+    for object_ in list(scene.objects):
+        if object_.type == "MESH" and object_.name != "Liquid":
+            bpy.data.objects.remove(object_)
     uniform_world(scene, 0.0)
     x, radius = 1.6, 0.1
     ball(scene, (x, 0, pool.FLOOR), radius)
@@ -417,10 +411,10 @@ def test_a_pool_built_again_has_no_caustics_of_the_last_one(empty_file):
     parameters = pool.PoolParameters.read(["sky=sunny"])
     scene = pool.build(parameters, "nodes")
     caustics.bake(scene, photons=1 << 13, texels=64)
-    assert [thing for thing in scene.objects if thing.get(caustics.CAUSTICS_MARK)]
+    assert [object_ for object_ in scene.objects if object_.get(caustics.CAUSTICS_MARK)]
     assert scene.objects["Basin"].hide_render
     again = pool.build(parameters, "nodes")
     assert again == scene
-    assert not [thing for thing in scene.objects if thing.get(caustics.CAUSTICS_MARK)]
+    assert not [object_ for object_ in scene.objects if object_.get(caustics.CAUSTICS_MARK)]
     assert not [image for image in bpy.data.images if image.name.startswith(caustics.COLLECTION)]
     assert not scene.objects["Basin"].hide_render

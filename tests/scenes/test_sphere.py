@@ -13,21 +13,21 @@ from nim_addon.scenes.sphere import SphereParameters, build
 
 def evaluated(scene, name):
     """Vertices and normals of the vertices of an object as the final render sees it, about its centre."""
-    thing = scene.objects[name]
-    for modifier in thing.modifiers:  # the render's own level; a depsgraph in the background is the viewport's
+    object_ = scene.objects[name]
+    for modifier in object_.modifiers:  # the render's own level; a depsgraph in the background is the viewport's
         if modifier.type == "SUBSURF":
             modifier.levels = modifier.render_levels
     graph = scene.view_layers[0].depsgraph
     scene.view_layers[0].update()
     graph.update()
-    mesh = thing.evaluated_get(graph).to_mesh()
+    mesh = object_.evaluated_get(graph).to_mesh()
     vertices, normals = np.empty((len(mesh.vertices), 3)), np.empty((len(mesh.vertices), 3))
     mesh.vertices.foreach_get("co", vertices.ravel())
     mesh.vertices.foreach_get("normal", normals.ravel())
     edges = np.empty((len(mesh.edges), 2), int)
     mesh.edges.foreach_get("vertices", edges.ravel())
     smooth = all(polygon.use_smooth for polygon in mesh.polygons)
-    thing.evaluated_get(graph).to_mesh_clear()
+    object_.evaluated_get(graph).to_mesh_clear()
     return vertices, normals, edges, smooth
 
 
@@ -63,9 +63,9 @@ def test_medium_is_on_the_sockets(n, mu, empty_file):
 
 
 def test_companions_stand_behind_and_in_front(empty_file):
-    assert {thing.name for thing in build(SphereParameters()).objects} == {"Ground", "Sphere", "Camera"}
+    assert set(build(SphereParameters()).objects.keys()) == {"Ground", "Sphere", "Camera"}
     scene = build(SphereParameters(companions=True))
-    assert {thing.name for thing in scene.objects} == {"Ground", "Sphere", "Red", "Blue", "Camera"}
+    assert set(scene.objects.keys()) == {"Ground", "Sphere", "Red", "Blue", "Camera"}
     eye = np.array(scene.camera.location)
     far = {name: np.linalg.norm(np.array(scene.objects[name].location) - eye) for name in ("Red", "Sphere", "Blue")}
     assert far["Blue"] < far["Sphere"] < far["Red"]

@@ -18,23 +18,12 @@ from nim_addon.scenes.sphere import SphereParameters, build
 from nim_addon.scenes.stage import Stage
 
 
-def census():
-    """How many of everything the file holds."""
-    collections = (p.identifier for p in bpy.data.bl_rna.properties if p.type == "COLLECTION")
-    return {name: len(getattr(bpy.data, name)) for name in collections}
-
-
-def names():
-    """What the file holds, by kind and name."""
-    return {(kind, thing.name) for kind in census() for thing in getattr(bpy.data, kind)}
-
-
-def fingerprint(thing):
+def fingerprint(data):
     """Everything readable about a piece of data that is a plain value, save Blender's own bookkeeping."""
     values = {}
-    for p in thing.bl_rna.properties:
+    for p in data.bl_rna.properties:
         if p.type in ("BOOLEAN", "INT", "FLOAT", "STRING", "ENUM") and p.identifier not in ("users", "has_data"):
-            value = getattr(thing, p.identifier)
+            value = getattr(data, p.identifier)
             values[p.identifier] = tuple(np.ravel(value)) if getattr(p, "is_array", False) else value
     return values
 
@@ -45,44 +34,43 @@ def any_file(request):
 
 
 @pytest.mark.parametrize("parameters", [SphereParameters(), SphereParameters(n=1.5, companions=True)])
-def test_building_again_leaves_nothing_behind(any_file, parameters):
+def test_building_again_leaves_nothing_behind(any_file, parameters, held):
     build(parameters)
-    once, named = census(), names()
+    once = held()
     for _ in range(2):
         build(parameters)
-        assert census() == once
-    assert names() == named, "a rebuilt scene has the same names, without .001"
+        assert held() == once, "a rebuilt scene has the same names, without .001"
 
 
-def test_scenes_of_other_parameters_take_each_others_place(empty_file):
-    before = census()
+def test_scenes_of_other_parameters_take_each_others_place(empty_file, held):
+    before = held()
     build(SphereParameters(companions=True))
     build(SphereParameters(n=1.33))
     assert [scene.name for scene in bpy.data.scenes if scene.name.startswith("NIM")] == ["NIM sphere"]
-    assert not {"Red", "Blue"} & {thing.name for kind in (bpy.data.objects, bpy.data.materials) for thing in kind}
-    assert len(bpy.data.scenes) == before["scenes"] + 1
+    assert not {"Red", "Blue"} & {*held()["objects"], *held()["materials"]}
+    assert len(bpy.data.scenes) == len(before["scenes"]) + 1
 
 
-def test_the_users_own_is_not_touched(default_file):
+def test_the_users_own_is_not_touched(default_file, held):
     used = Counter()
     before = {
-        (kind, thing.name): (thing.session_uid, fingerprint(thing))
-        for kind in census()
-        for thing in getattr(bpy.data, kind)
+        (collection, data.name): (data.session_uid, fingerprint(data))
+        for collection in held()
+        for data in getattr(bpy.data, collection)
     }
     scene = bpy.data.scenes["Scene"]
     cycles = fingerprint(scene.cycles)
     for _ in range(2):
         build(SphereParameters(companions=True))
-    for (kind, name), (identity, values) in before.items():
-        thing = getattr(bpy.data, kind)[name]
-        assert thing.session_uid == identity
-        changed = {key for key, value in fingerprint(thing).items() if value != values[key]}
-        assert not changed, f"{kind} {name}: {changed}"
-        used[kind] += 1
+    for (collection, name), (identity, values) in before.items():
+        data = getattr(bpy.data, collection)[name]
+        assert data.session_uid == identity
+        changed = {key for key, value in fingerprint(data).items() if value != values[key]}
+        assert not changed, f"{collection} {name}: {changed}"
+        used[collection] += 1
     assert used["objects"] == 3 and used["worlds"] == 1
     assert fingerprint(scene.cycles) == cycles
-    assert {thing.name for thing in scene.objects} == {"Cube", "Light", "Camera"}
+    assert set(scene.objects.keys()) == {"Cube", "Light", "Camera"}
     assert scene.world.name == "World"
 
 
@@ -103,8 +91,8 @@ def test_what_a_user_adds_to_a_scene_survives_its_rebuilding(default_file):
     first.collection.objects.link(cube)  # in two scenes at once
 
     second = build(SphereParameters(n=1.5))
-    for thing in (statue, inner, cup, cube):
-        assert thing.name in second.objects, f"{thing.name} is gone from the scene"
+    for object_ in (statue, inner, cup, cube):
+        assert object_.name in second.objects, f"{object_.name} is gone from the scene"
     assert statue.data == mesh and mesh.materials[0] == marble
     assert cube.name in bpy.data.scenes["Scene"].objects
     build(SphereParameters(n=-1.5))
@@ -139,18 +127,18 @@ assert bpy.context.scene.name in bpy.data.scenes
     assert done.returncode == 0
 
 
-@pytest.mark.parametrize("kind", SCENES.values(), ids=list(SCENES))
+@pytest.mark.parametrize("scene", SCENES.values(), ids=list(SCENES))
 @pytest.mark.parametrize("given", [None, "n=-1.5"])
-def test_other_parameters_are_refused_before_anything_is_built(default_file, kind, given, one_sentence):
-    before = names()
+def test_other_parameters_are_refused_before_anything_is_built(default_file, scene, given, one_sentence, held):
+    before = held()
     with pytest.raises(TypeError) as error:
-        kind.build(given, "nodes")
-    one_sentence(error.value, kind.parameters.__name__)
-    assert names() == before
+        scene.build(given, "nodes")
+    one_sentence(error.value, scene.parameters.__name__)
+    assert held() == before
 
 
-def test_a_scene_that_cannot_be_built_leaves_nothing_behind(default_file, monkeypatch):
-    before = names()
+def test_a_scene_that_cannot_be_built_leaves_nothing_behind(default_file, monkeypatch, held):
+    before = held()
 
     def fail(*_):
         raise MemoryError
@@ -158,7 +146,7 @@ def test_a_scene_that_cannot_be_built_leaves_nothing_behind(default_file, monkey
     monkeypatch.setattr(Stage, "camera", fail)
     with pytest.raises(MemoryError):
         build(SphereParameters(), "nodes")
-    assert names() == before
+    assert held() == before
 
 
 def test_no_light_is_lost_on_a_stage(empty_file):
@@ -278,11 +266,11 @@ def test_stage_mesh_keeps_faces_slots_and_normals(empty_file):
     stage = Stage("test", (64, 48))
     vertices, faces = shapes.box((0, 0, 0), (1, 1, 1))
     materials = [surfaces.plain("A", (1, 0, 0)), interface_material("B", Medium(-1.5))]
-    thing = stage.mesh("Box", vertices, faces, materials, slots=[0, 1, 0, 0, 0, 1], location=(1, 2, 3))
-    assert [p.material_index for p in thing.data.polygons] == [0, 1, 0, 0, 0, 1]
-    assert [slot.name for slot in thing.data.materials] == ["A", "B"]
-    assert tuple(thing.location) == (1, 2, 3) and thing.name in stage.scene.objects
+    box = stage.mesh("Box", vertices, faces, materials, slots=[0, 1, 0, 0, 0, 1], location=(1, 2, 3))
+    assert [p.material_index for p in box.data.polygons] == [0, 1, 0, 0, 0, 1]
+    assert [slot.name for slot in box.data.materials] == ["A", "B"]
+    assert tuple(box.location) == (1, 2, 3) and box.name in stage.scene.objects
     up = np.tile((0.0, 0.6, 0.8), (24, 1))
-    thing = stage.mesh("Bent", vertices, faces, materials[0], normals=up)
-    got = np.array([corner.vector for corner in thing.data.corner_normals])
+    bent = stage.mesh("Bent", vertices, faces, materials[0], normals=up)
+    got = np.array([corner.vector for corner in bent.data.corner_normals])
     np.testing.assert_allclose(got, up, atol=1e-4)  # Blender stores custom normals in 16 bits

@@ -18,7 +18,7 @@ from ..scenes.stage import Pose
 from . import probes
 from .claims import Claim
 from .measure import compare, misplaced
-from .recipes import Figure, Recipe
+from .recipes import Figure, Image, Recipe
 from .sunlight import irradiance, sun_directions
 
 INDICES = (1.5, -1.5, -1.33, -1.025)
@@ -37,14 +37,14 @@ TABLE = Pose((0.06, -0.03, 2.0), (0.06, -0.03 + 1e-4, 0.0), 2 * math.degrees(mat
 # changes to the scene
 
 
-def white_ground(scene):
+def white_ground(scene: bpy.types.Scene) -> None:
     """A white ground that light leaves once, under nothing but the sun, and no sphere to be seen before it."""
     _only_the_sun(scene, "Ground")
     probes.find(scene, "Sphere").visible_camera = False
     scene.cycles.max_bounces = 0
 
 
-def white_table(scene):
+def white_table(scene: bpy.types.Scene) -> None:
     """The same of the table, for paths: what the glass mirrors or bends stays, what the table scattered twice does not."""
     _only_the_sun(scene, "Table")
     probes.find(scene, "Glass").visible_camera = False
@@ -53,7 +53,7 @@ def white_table(scene):
     scene.cycles.diffuse_bounces = 1
 
 
-def traced_table(scene):
+def traced_table(scene: bpy.types.Scene) -> None:
     """And for photons, with which the table shines by itself."""
     white_table(scene)
     scene.cycles.max_bounces = 0
@@ -118,7 +118,7 @@ def shadow(cells: int = CELLS) -> np.ndarray:
 # the claims
 
 
-def measure_sphere(images):
+def measure_sphere(images: dict[str, Image]) -> list[Claim]:
     """The claims of figure C.1."""
     claims, dark = [], shadow()
     for n in INDICES:
@@ -150,7 +150,7 @@ def measure_sphere(images):
     return claims
 
 
-def measure_glass(images):
+def measure_glass(images: dict[str, Image]) -> list[Claim]:
     """The claims of figure C.2."""
     claims = []
     for key in LIQUIDS:

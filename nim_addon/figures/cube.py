@@ -3,17 +3,19 @@
 
 import math
 
+import bpy
 import numpy as np
 
 from ..scenes.cube import HALF, INTERFACE, LIFT
 from . import probes
 from .claims import Claim
-from .recipes import Figure, Recipe
+from .measure import Camera
+from .recipes import Figure, Image, Recipe
 
 ELEVATIONS = (55, 40, 25, 10)
 
 
-def bottom(scene):
+def bottom(scene: bpy.types.Scene) -> None:
     """Only the cube, over a ground that shines red, under a sky that shines green; its ball is gone."""
     probes.set_up(scene)
     probes.find(scene, "Ball").hide_render = True
@@ -21,7 +23,7 @@ def bottom(scene):
     probes.sky(scene, lambda nodes, direction: (0, 1, 0))
 
 
-def at_the_bottom(camera):
+def at_the_bottom(camera: Camera) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """What becomes of each pixel's ray that enters the cube by its front face and meets its bottom next, (H, W) each.
 
     Returns whether it does, its angle of incidence at the bottom in degrees, and the transmittance of the front face.
@@ -38,7 +40,7 @@ def at_the_bottom(camera):
     return enters & lands, angle, INTERFACE.fresnel(np.clip(directions[..., 1], 0, 1)).T
 
 
-def measure(images):
+def measure(images: dict[str, Image]) -> list[Claim]:
     """The claims of figure 2.2."""
     image = images["bottom"]
     met, angle, front = at_the_bottom(image.camera)

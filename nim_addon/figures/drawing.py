@@ -3,7 +3,9 @@
 
 import io
 import os
+from contextlib import AbstractContextManager
 from pathlib import Path
+from types import ModuleType
 
 from ..base.files import whole
 
@@ -47,7 +49,7 @@ _METADATA = {
 }
 
 
-def matplotlib():
+def matplotlib() -> ModuleType:
     """The module, or a RuntimeError that says how to get it."""
     windows = os.environ.pop("MPLBACKEND", None)  # of which none is opened, and one that is not there ends the import
     try:
@@ -61,7 +63,7 @@ def matplotlib():
     return matplotlib
 
 
-def look():
+def look() -> AbstractContextManager:
     """A context in which figures are made and saved."""
     return matplotlib().rc_context(_LOOK)
 

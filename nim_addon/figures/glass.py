@@ -34,7 +34,7 @@ from .glass_optics import (
     traced_table,
 )
 from .measure import compare
-from .recipes import Figure, Recipe
+from .recipes import Figure, Image, Recipe
 
 LIQUIDS = ("none", "water", "nim")
 NAMES = {"none": "empty", "water": "water", "nim": "NIM"}
@@ -83,7 +83,7 @@ def _glow_by_place(name, paint):
     return surfaces.shining(name, color)
 
 
-def painted_side(scene):
+def painted_side(scene: bpy.types.Scene) -> None:
     """The straw shines red, a disc on the bottom green; the surface of the liquid is opaque and shines blue."""
     _only(scene, "Straw")
     probes.paint(probes.find(scene, "Straw"), probes.glow("Red", (1, 0, 0)))
@@ -99,7 +99,7 @@ def painted_side(scene):
     scene.collection.objects.link(mark)
 
 
-def painted_straw(scene):
+def painted_straw(scene: bpy.types.Scene) -> None:
     """The straw shines red and, the further from its foot, the more green."""
     _only(scene, "Straw")
 
@@ -109,7 +109,7 @@ def painted_straw(scene):
     probes.paint(probes.find(scene, "Straw"), _glow_by_place("Length", paint))
 
 
-def painted_table(scene):
+def painted_table(scene: bpy.types.Scene) -> None:
     """The table near the glass shines with its own coordinates: red grows along x, green along y, blue is 1."""
     _only(scene, "Table")
     _direct(scene)
@@ -127,7 +127,7 @@ def painted_table(scene):
     probes.paint(probes.find(scene, "Table"), _glow_by_place("Place", paint))
 
 
-def painted_statues(scene):
+def painted_statues(scene: bpy.types.Scene) -> None:
     """Each statue shines in the colour of its name."""
     _only(scene, "Red", "Green", "Blue")
     for axis, name in enumerate(("Red", "Green", "Blue")):
@@ -136,7 +136,7 @@ def painted_statues(scene):
         statue.material_slots[0].material = probes.glow(name, tuple(np.eye(3)[axis]))
 
 
-def painted_green(scene):
+def painted_green(scene: bpy.types.Scene) -> None:
     """The green statue alone: red is where it shines, green grows from its left to its right, blue upwards."""
     _only(scene, "Green")
     _direct(scene)
@@ -160,7 +160,7 @@ def _claim(text, predicted, measured, allowed, unit=""):
     return Claim(text, predicted, measured, allowed + FACET * abs(predicted), unit)
 
 
-def measure_side(images):
+def measure_side(images: dict[str, Image]) -> list[Claim]:
     """The claims of figure 5.1."""
     claims = []
     empty = images["side_none"]
@@ -191,7 +191,7 @@ def measure_side(images):
     return claims
 
 
-def measure_table(images):
+def measure_table(images: dict[str, Image]) -> list[Claim]:
     """Those claims of figure 5.2 that are on the table: they hold the third digit of the index."""
     claims = []
     for liquid in LIQUIDS[1:]:
@@ -208,7 +208,7 @@ def measure_table(images):
     return claims
 
 
-def measure_top(images):
+def measure_top(images: dict[str, Image]) -> list[Claim]:
     """The claims of figure 5.2."""
     nim, water = (images[f"straw_{liquid}"] for liquid in ("nim", "water"))
 
@@ -226,7 +226,7 @@ def measure_top(images):
     return straw_claims + measure_table(images)
 
 
-def measure_statues(images):
+def measure_statues(images: dict[str, Image]) -> list[Claim]:
     """The claims of figure 5.5."""
     claims = []
     image = images["statues_nim"]

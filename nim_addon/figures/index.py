@@ -27,14 +27,14 @@ ol { columns: 20rem; padding-left: 0; list-style: none; } li a { text-decoration
 """
 
 
-def check(folder):
+def check(folder: str | Path) -> None:
     """Raise OSError, one sentence, where write() would replace a FOLDER/index.html that it did not write."""
     page = Path(folder) / "index.html"
     if page.exists() and not (page.is_file() and f"<title>{TITLE}</title>" in page.read_text("utf-8", "replace")):
         raise OSError(f"{page} is not a page of figures; it is kept: name another folder.")
 
 
-def read(file):
+def read(file: Path) -> dict:
     """The record of a figure that the Path `file` holds; ValueError, one sentence, where it is cut off or another's."""
     try:
         record = records.parse(file.read_text(encoding="utf-8"))
@@ -49,7 +49,7 @@ def read(file):
     return record
 
 
-def write(folder):
+def write(folder: str | Path) -> Path:
     """Write FOLDER/index.html anew from the records (figure-*.json) in it; returns its path. Raises as read() does."""
     folder = Path(folder)
     shown = [read(file) for file in folder.glob("figure-*.json")]
@@ -60,7 +60,7 @@ def write(folder):
         return finish(page)[0]
 
 
-def number(value):
+def number(value: float) -> str:
     """A number as the page and the command print it."""
     return f"{value:.4g}"
 

@@ -15,7 +15,7 @@ from ..scenes import pool, shapes, surfaces
 from ..scenes.stage import Pose
 from . import probes
 from .claims import Claim
-from .measure import centroid, compare, correlation, misplaced, off_vertical, pixel_width, slope, steepest
+from .measure import Camera, centroid, compare, correlation, misplaced, off_vertical, pixel_width, slope, steepest
 from .pool_optics import (
     Waves,
     ball_in_window,
@@ -25,7 +25,7 @@ from .pool_optics import (
     reflectance,
     window_radius,
 )
-from .recipes import Figure, Recipe
+from .recipes import Figure, Image, Recipe
 from .sunlight import irradiance
 
 # The eye of the measurements under water looks straight up; half a turn of its picture is a turn about the vertical.
@@ -44,14 +44,14 @@ RED_BALL, GREEN_BALL = ((2.5, 3.1, 2.3), 0.6), ((-2.0, 4.2, 3.2), 0.8)
 # changes to the scene
 
 
-def sky_of_directions(scene):
+def sky_of_directions(scene: bpy.types.Scene) -> None:
     """Only the liquid in a black basin, under a sky that is red by x, green by y, and 1 in blue."""
     _bare(scene)
     probes.paint(probes.find(scene, "Basin"), probes.glow("Black"))
     probes.sky(scene, lambda nodes, direction: probes.coded(nodes, direction, 0.5))
 
 
-def basin_of_places(scene):
+def basin_of_places(scene: bpy.types.Scene) -> None:
     """Only the liquid and its basin, which is red by x, green by y, and 1 in blue, under a black sky."""
 
     def place(nodes):
@@ -62,7 +62,7 @@ def basin_of_places(scene):
     probes.sky(scene)
 
 
-def two_balls(scene):
+def two_balls(scene: bpy.types.Scene) -> None:
     """Only the liquid in a black basin under a black sky, and a red and a green ball in the air."""
     _bare(scene)
     probes.paint(probes.find(scene, "Basin"), probes.glow("Black"))
@@ -75,7 +75,7 @@ def two_balls(scene):
         scene.collection.objects.link(bpy.data.objects.new(name, data))
 
 
-def near_wall(scene):
+def near_wall(scene: bpy.types.Scene) -> None:
     """The basin glows in blue, its wall below the eye of the side view in red too; all else is black."""
     _bare(scene, ("Liquid", "Basin", "Ground"))
     basin = probes.find(scene, "Basin")
@@ -87,7 +87,7 @@ def near_wall(scene):
     probes.sky(scene)
 
 
-def sun_on_white(scene):
+def sun_on_white(scene: bpy.types.Scene) -> None:
     """The liquid in a basin of black walls and a white floor that light leaves once, under nothing but the sun."""
     _bare(scene, ("Liquid", "Basin", "Ground"))
     basin = probes.find(scene, "Basin").data
@@ -99,7 +99,7 @@ def sun_on_white(scene):
     scene.world.cycles.sampling_method = "NONE"  # shadow rays end at the liquid
 
 
-def traced_on_white(scene):
+def traced_on_white(scene: bpy.types.Scene) -> None:
     """The same for photons: what the floor shines with is the first time that light leaves it."""
     sun_on_white(scene)
     scene.cycles.diffuse_bounces = 0
@@ -136,7 +136,7 @@ PERMEABILITIES = (-10, -25)
 REACH, CELLS = 1.45, 16
 
 
-def measure_window(images):
+def measure_window(images: dict[str, Image]) -> list[Claim]:
     """The claims of figure 5.7."""
     claims = []
     for key, name in LIQUIDS.items():
@@ -170,7 +170,7 @@ def measure_window(images):
     return claims
 
 
-def measure_permeability(images):
+def measure_permeability(images: dict[str, Image]) -> list[Claim]:
     """The claims of figure 5.10."""
     claims = []
     for mu in PERMEABILITIES:
@@ -196,7 +196,7 @@ def measure_permeability(images):
     return claims
 
 
-def measure_outside(images):
+def measure_outside(images: dict[str, Image]) -> list[Claim]:
     """The claims of figure 5.3."""
     claims, magnified = [], {}
     for key, name in {"empty": "empty", **LIQUIDS}.items():
@@ -229,12 +229,12 @@ def measure_outside(images):
     return claims
 
 
-def measure_sunny(images):
+def measure_sunny(images: dict[str, Image]) -> list[Claim]:
     """The claims of figure 5.9."""
     return [claim for key, name in LIQUIDS.items() for claim in sunny_claims(key, name, images)]
 
 
-def sunny_claims(key, name, images):
+def sunny_claims(key: str, name: str, images: dict[str, Image]) -> list[Claim]:
     """Those claims of figure 5.9 that are on one of LIQUIDS, by its key and its name."""
     claims = []
     for way, width in SUNS.items():
@@ -263,7 +263,7 @@ def sunny_claims(key, name, images):
     return [*claims, Claim(text, 0.0, distance, _footprint(place, blanket) / 10, "m")]
 
 
-def on_floor(pixels, camera, reach, cells):
+def on_floor(pixels: np.ndarray, camera: Camera, reach: float, cells: int) -> np.ndarray:
     """The irradiance of the middle of the white floor in sun_on_white() pixels: (cells, cells), red, rows from +y."""
     (left, top), (right, bottom) = camera.pixels_of([(-reach, reach, pool.FLOOR), (reach, -reach, pool.FLOOR)]).round()
     return irradiance(pixels[int(top) : int(bottom), int(left) : int(right)], cells)

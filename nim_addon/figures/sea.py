@@ -3,21 +3,23 @@
 
 import math
 
+import bpy
 import numpy as np
 
 from ..physics import Interface
 from ..scenes import sea
 from . import probes
 from .claims import Claim
+from .measure import Camera
 from .pool_optics import window_radius
-from .recipes import Figure, Recipe
+from .recipes import Figure, Image, Recipe
 
 SECTORS = 24
 # Less of the sky's light than this is no window: within a hundredth of a degree of its edge.
 SEEN = 0.1
 
 
-def white_sky(scene):
+def white_sky(scene: bpy.types.Scene) -> None:
     """A sky that is 1 in blue over a black deep."""
     probes.set_up(scene)
     probes.paint(probes.find(scene, "Deep"), probes.glow("Black"))
@@ -27,7 +29,7 @@ def white_sky(scene):
 # ------------------------------------------------------------------------------------------------ what theory says
 
 
-def axes(angle, tilt, scale):
+def axes(angle: float, tilt: float, scale: float) -> tuple[float, float]:
     """Half the axes, across the tilt and along it, of the ellipse that a cone makes in a picture.
 
     angle: of the cone from its axis; tilt: of the camera from that axis, both in degrees and together below 90
@@ -38,7 +40,7 @@ def axes(angle, tilt, scale):
     return scale * math.sqrt(inside / gap), scale * math.sqrt(inside * (1 - inside)) / gap
 
 
-def window_in_waves(camera, parameters):
+def window_in_waves(camera: Camera, parameters: sea.SeaParameters) -> np.ndarray:
     """What share of the sky's light each pixel's middle brings to an eye in the waves of SeaParameters, (H, W)."""
     eye, look = camera.pixel_rays()
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -61,7 +63,7 @@ def window_in_waves(camera, parameters):
 # ------------------------------------------------------------------------------------------------ what is read off
 
 
-def radii(window, camera):
+def radii(window: np.ndarray, camera: Camera) -> np.ndarray:
     """The angular radius of a window (H, W) of True in SECTORS directions from the vertical, in degrees.
 
     By the solid angle that its pixels cover: 2 pi (1 - cos(radius)), or as much of it as a sector has.
@@ -74,13 +76,13 @@ def radii(window, camera):
     return np.degrees(np.arccos(1 - each * SECTORS / (2 * np.pi)))
 
 
-def half_axes(window):
+def half_axes(window: np.ndarray) -> tuple[float, float]:
     """Half the axes, horizontal and vertical, of the ellipse with the second moments of a window (H, W) of True."""
     rows, columns = np.nonzero(window)
     return 2 * columns.std(), 2 * rows.std()
 
 
-def measure(images):
+def measure(images: dict[str, Image]) -> list[Claim]:
     """The claims of figure 2.4."""
     claims = []
     for view, name in (("up", "straight up"), ("oblique", "obliquely")):

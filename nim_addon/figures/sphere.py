@@ -9,6 +9,7 @@ comes back to the front. Seen from afar the border is at b = 1 / sqrt(1 + (1 + s
 import math
 from itertools import pairwise
 
+import bpy
 import numpy as np
 
 from ..physics import Interface
@@ -20,7 +21,7 @@ from ..scenes.stage import Pose
 from . import probes
 from .claims import Claim
 from .measure import Camera, block_scores, impact, smooth
-from .recipes import Figure, Recipe
+from .recipes import Figure, Image, Recipe
 
 ALONE = (1.5, -1.5, -1.33, -1.025)
 ACCOMPANIED = (1.5, -1.5, -2.418, -4.1)
@@ -42,13 +43,13 @@ PROBE_POSE = Pose(EYE, scene_of.CENTER, 18)
 # ------------------------------------------------------------------------------------------------ changes to the scene
 
 
-def unlit(scene):
+def unlit(scene: bpy.types.Scene) -> None:
     """The scene as it is, but every surface shines with its own colour."""
     probes.set_up(scene)
     probes.unlit(scene)
 
 
-def probe(scene):
+def probe(scene: bpy.types.Scene) -> None:
     """Only the sphere, under a sky that codes directions: red from above the eye's axis, green from ahead, blue always."""
     probes.set_up(scene)
     probes.show_only(scene, "Sphere")
@@ -64,7 +65,7 @@ def probe(scene):
     probes.sky(scene, color)
 
 
-def companions(scene):
+def companions(scene: bpy.types.Scene) -> None:
     """Only the companions shine, red and blue; all else is black."""
     unlit(scene)
     probes.show_only(scene, "Sphere", "Red", "Blue")
@@ -201,7 +202,7 @@ def _unlit_claims(images, indices):
     return claims
 
 
-def measure_alone(images):
+def measure_alone(images: dict[str, Image]) -> list[Claim]:
     """The claims of figure 5.4."""
     claims, radii = _probe_claims(images, ALONE)
     for wide, narrow in ((-1.5, -1.33), (-1.33, -1.025)):
@@ -210,7 +211,7 @@ def measure_alone(images):
     return claims + _unlit_claims(images, ALONE)
 
 
-def measure_accompanied(images):
+def measure_accompanied(images: dict[str, Image]) -> list[Claim]:
     """The claims of figure 5.6."""
     nims = [n for n in ACCOMPANIED if n < 0]
     _, radii = _probe_claims(images, nims)

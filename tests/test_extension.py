@@ -59,9 +59,7 @@ with contextlib.redirect_stderr(said), contextlib.redirect_stdout(said):
 
     bpy.ops.preferences.addon_disable(module=NAME)
     assert not traces(), ("left behind", traces())
-    started = time.perf_counter()
     bpy.ops.preferences.addon_enable(module=NAME)
-    took = time.perf_counter() - started
     assert traces() == enabled, traces() ^ enabled
     bpy.utils.load_scripts(reload_scripts=True)
     assert NAME in bpy.context.preferences.addons
@@ -71,8 +69,7 @@ with contextlib.redirect_stderr(said), contextlib.redirect_stdout(said):
     bpy.ops.preferences.addon_disable(module=NAME)
     assert not traces(), ("left behind at the end", traces())
 assert "Traceback" not in said.getvalue() and "Warning" not in said.getvalue(), said.getvalue()
-assert took < 0.5, took
-print("installed", bpy.app.version_string, f"{took * 1e3:.0f} ms to enable again", flush=True)
+print("installed", bpy.app.version_string, flush=True)
 os._exit(0)  # after reloading all scripts the module of Blender 4.5 hangs as it exits, with or without this add-on
 """
 

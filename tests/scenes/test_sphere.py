@@ -2,7 +2,6 @@
 """The sphere scene: a sphere that is round, of the medium asked for, built at once."""
 
 import math
-import time
 
 import bpy
 import numpy as np
@@ -81,10 +80,3 @@ def test_scene_is_whole(empty_file):
     scene = build(SphereParameters())
     assert scene.camera.name in scene.objects and scene.world.node_tree is not None
     assert bpy.context.scene != scene, "the window's own scene is not switched under a script"
-
-
-def test_built_within_a_second(empty_file):
-    build(SphereParameters())  # the first build also loads the OSL compiler
-    start = time.process_time()
-    build(SphereParameters(companions=True))
-    assert time.process_time() - start < 1.0

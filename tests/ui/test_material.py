@@ -2,7 +2,7 @@
 """The Negative Index panel: values that live in the node's sockets only, and what they mean."""
 
 import math
-import time
+import sys
 from types import SimpleNamespace
 
 import bpy
@@ -294,21 +294,29 @@ def test_a_few_icons_are_used_over_and_over(addon, monkeypatch):
     curve.register()
 
 
-def test_a_redraw_takes_less_than_two_milliseconds(material, draw):
+def test_a_redraw_does_the_same_work_whatever_else_is_in_the_file(material, draw):
+    def work():
+        """Calls of functions, Python's and C's, in one redraw."""
+        calls = 0
+
+        def counted(_, event, __):
+            nonlocal calls
+            calls += event in ("call", "c_call")
+
+        draw(material)
+        sys.setprofile(counted)
+        draw(material)
+        sys.setprofile(None)
+        return calls
+
+    alone = work()
     for i in range(19):
         other = interface_material(f"Other {i}", Medium(-1.5 - i / 10), backend="nodes")
         object_ = bpy.data.objects.new(f"Object {i}", bpy.data.objects["Cube"].data.copy())
         object_.data.materials[0] = other
         bpy.context.collection.objects.link(object_)
     bpy.context.view_layer.update()
-    draw(material)
-    times = []
-    for _ in range(50):
-        started = time.process_time()
-        draw(material)
-        times.append(time.process_time() - started)
-    print(f"panel redraw: {1000 * np.median(times):.2f} ms")
-    assert np.median(times) < 0.002
+    assert work() < 1.05 * alone
 
 
 def test_the_backend_can_be_switched(material, press):

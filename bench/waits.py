@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a person waits for: the command's first word, the add-on's start, a scene, a redraw, light paths.
+
+Times are of the processor, the least of several runs; a run by itself is as slow as the machine is busy.
+"""
+
+import resource
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from types import SimpleNamespace
+
+import bpy
+
+from nim_addon.base.streams import quiet
+from nim_addon.cycles.material import interface_material
+from nim_addon.physics import Medium
+from nim_addon.scenes import SCENES
+
+RUNS = 5
+OTHERS = 19  # materials of a NIM beside the one that is drawn
+
+
+class Layout:
+    """Stands for a bpy.types.UILayout: there is no window here."""
+
+    def __getattr__(self, name):
+        return lambda *_, **__: Layout()
+
+
+def least(action: Callable[[], object], before: Callable[[], object] = lambda: None, runs: int = RUNS) -> float:
+    """Seconds of the processor, of the quickest of some runs."""
+    taken = []
+    for _ in range(runs):
+        before()
+        started = time.process_time()
+        with quiet():
+            action()
+        taken.append(time.process_time() - started)
+    return min(taken)
+
+
+def version():
+    """`nimray --version`, a process."""
+
+    def once():
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        subprocess.run([sys.executable, "-m", "nim_addon", "--version"], stdout=subprocess.DEVNULL, check=True)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+    return min(once() for _ in range(RUNS))
+
+
+def enabling():
+    """The add-on, switched on again."""
+    import addon_utils  # there once bpy is
+
+    addon_utils.enable("nim_addon", default_set=True)
+    return least(
+        lambda: addon_utils.enable("nim_addon", default_set=True),
+        lambda: addon_utils.disable("nim_addon", default_set=True),
+    )
+
+
+def redraw():
+    """The material's panel, among OTHERS."""
+    for number in range(OTHERS + 1):
+        mesh = bpy.data.objects["Cube"].data.copy()
+        mesh.materials[0] = material = interface_material(f"NIM {number}", Medium(-1.5), backend="nodes")
+        bpy.context.collection.objects.link(bpy.data.objects.new(f"NIM {number}", mesh))
+    bpy.context.view_layer.update()
+    context = SimpleNamespace(
+        material=material,
+        object=bpy.context.collection.objects[-1],
+        scene=bpy.context.scene,
+        region=SimpleNamespace(width=300),
+        preferences=SimpleNamespace(system=SimpleNamespace(ui_scale=1.0, pixel_size=1.0)),
+    )
+    return least(lambda: bpy.types.NIM_PT_material.draw(SimpleNamespace(layout=Layout()), context), runs=50)
+
+
+def light_paths():
+    """200 rays of 8 bounces on the scene of the sphere."""
+    bpy.context.window.scene = SCENES["sphere"].build(SCENES["sphere"].parameters(), "nodes")
+    bpy.context.scene.cursor.location = (-3, 0, 1.1)
+
+    def draw():
+        bpy.ops.nim.light_paths(rays=200, bounces=8, arrangement="CONE")
+        bpy.context.view_layer.update()
+
+    return least(draw, runs=3)
+
+
+def main():
+    """Print the table."""
+    print(f"{'Blender ' + bpy.app.version_string:52}{'CPU ms':>9}")
+
+    def line(text, seconds):
+        print(f"{text:52}{1000 * seconds:9.1f}", flush=True)
+
+    line("nimray --version", version())
+    bpy.ops.wm.read_factory_settings()
+    line("switching the add-on on", enabling())
+    line(f"redrawing the material's panel, of {OTHERS + 1} materials", redraw())
+    for name, scene_type in SCENES.items():
+        line(f"building the {name}", least(lambda made=scene_type: made.build(made.parameters()), runs=3))
+    line("light paths of 200 rays and 8 bounces", light_paths())
+
+
+if __name__ == "__main__":
+    main()

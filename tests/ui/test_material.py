@@ -314,6 +314,7 @@ def test_a_redraw_does_the_same_work_whatever_else_is_in_the_file(material, draw
         other = interface_material(f"Other {i}", Medium(-1.5 - i / 10), backend="nodes")
         object_ = bpy.data.objects.new(f"Object {i}", bpy.data.objects["Cube"].data.copy())
         object_.data.materials[0] = other
+        object_.location.x = 5 * (i + 1)  # apart, so that there is no more to say
         bpy.context.collection.objects.link(object_)
     bpy.context.view_layer.update()
     assert work() < 1.05 * alone

@@ -17,7 +17,7 @@ import pytest
 from nim_addon import checks, ui
 from nim_addon.checks import media_checks, mesh_checks, place_checks, ray_checks, value_checks
 from nim_addon.cycles import problem, settings
-from nim_addon.cycles.closures import INTERFACE
+from nim_addon.cycles.closures import CLOSURES
 from nim_addon.scenes import SCENES
 from nim_addon.ui import presets, translations
 
@@ -80,7 +80,7 @@ def shown_by_blender():
         add_properties(cls.__name__, owner, sorted(names))
     for kind in (bpy.types.Scene, bpy.types.Material, bpy.types.Object):
         add_properties(kind.__name__, kind, [name for name in kind.bl_rna.properties.keys() if name.startswith("nim")])  # noqa: SIM118
-    for socket in INTERFACE.sockets:
+    for socket in (socket for closure in CLOSURES for socket in closure.sockets):
         add(f"socket {socket.identifier}", socket.name, socket.description)
     return {text: where for text, where in texts.items() if needs_translation(text)}
 

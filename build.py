@@ -126,15 +126,14 @@ def environment(blender, bring=False, locked=False):
     """
     folder = ROOT / (".venv" if blender == DEFAULT else f".venv-{blender}")
     finder = functools.partial(maker, PYTHON[blender], bring)
-    what = f"with Blender {blender} (once, about 500 MB)"
+    what = f"with Blender {blender} (once, about 400 MB)"
     return environment_in(folder, packages(blender), finder, what, locked_packages(blender) if locked else None)
 
 
-def packages(blender):
-    """What an environment with that Blender is asked to have; style and types are checked in one of them only."""
+def packages(blender, groups=("figures", "test")):
+    """What an environment with that Blender is asked to have."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     wanted = [f"bpy=={blender}.*" if need.startswith("bpy") else need for need in project["dependencies"]]
-    groups = ("figures", "test", "lint") if blender == DEFAULT else ("figures", "test")
     return wanted + [need for group in groups for need in project["optional-dependencies"][group]]
 
 
@@ -300,7 +299,12 @@ def test(python, rest):
 
 
 def lint(python, rest):
-    """Check the style and the types."""
+    """Check the style and the types, by what is installed at the first time."""
+    if run(python, "-c", "import importlib.util as u, sys; sys.exit(u.find_spec('basedpyright') is None)"):
+        print("build.py: installing what checks types (once, about 90 MB)", file=sys.stderr, flush=True)
+        wanted = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]["lint"]
+        if code := run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *wanted):
+            return code
     return max(
         run(python, "-m", *words) for words in (("ruff", "check"), ("ruff", "format", "--check"), ("basedpyright",))
     )
@@ -399,7 +403,9 @@ def lock(python, rest):
     """Write down for each Blender the newest packages that fit together, with the hashes of what is installed of them."""
     words = ("-m", "pip", "install", "--dry-run", "--ignore-installed", "--quiet", "--report", "-")
     for blender in PYTHON:
-        words_of_it = [str(environment(blender)), *words, *packages(blender)]
+        # style and types are checked in one of them
+        groups = ("figures", "test", "lint") if blender == DEFAULT else ("figures", "test")
+        words_of_it = [str(environment(blender)), *words, *packages(blender, groups)]
         found = subprocess.run(words_of_it, stdout=subprocess.PIPE, text=True)
         if found.returncode:
             return complain(f"no packages fit together for Blender {blender}.", 1)

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The interface between two media: signed Snell law and Fresnel equations in impedances, for all four pairs of signs."""
+"""The interface between two media: signed Snell law and Fresnel equations in impedances, for all four pairs of signs.
+
+With loss the equations are the same, of complex numbers; rays are refracted by the real parts of n.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .dispersion import REPRESENTATIVE_NM
 from .media import Medium
+
+# Of k. Below the first, what absorbs reflects and refracts as if it did not; beyond the second, light is gone within some
+# wavelengths, so that a surface shows its reflection and nothing else.
+TRANSPARENT, OPAQUE = 1e-5, 1e-3
 
 
 class Fresnel(NamedTuple):
@@ -22,6 +30,14 @@ class Fresnel(NamedTuple):
     T: NDArray
 
 
+class Amplitudes(NamedTuple):
+    """Complex amplitude reflectances of s- and p-polarised light, and the complex cosine of the transmitted wave."""
+
+    r_s: NDArray
+    r_p: NDArray
+    cos_t: NDArray
+
+
 def _cos_t(n_i, n_t, cos_i):
     """cos(theta_t) by Snell's law (thesis 2.2); 0 in total reflection and where the ray would graze the surface.
 
@@ -30,6 +46,12 @@ def _cos_t(n_i, n_t, cos_i):
     q = n_i / n_t
     cos2_t = (1 - q * q) + q * q * cos_i * cos_i
     return np.sqrt(np.maximum(cos2_t, 0))
+
+
+def _ratio(a, b):
+    """(a - b) / (a + b); -1 where both are 0."""
+    total = a + b
+    return np.where(total == 0, -1, (a - b) / np.where(total == 0, 1, total))
 
 
 def _cosine(cos_i):
@@ -63,18 +85,28 @@ class Interface:
         """The same surface seen from inside."""
         return Interface(self.outside, self.inside)
 
+    def at(self, wavelength_nm: float) -> Interface:
+        """The interface of plain numbers at a vacuum wavelength, nanometres; ValueError where a medium is not known."""
+        return Interface(self.inside.at(wavelength_nm), self.outside.at(wavelength_nm))
+
+    @property
+    def is_complex(self) -> bool:
+        """Whether one of the two media has loss, or carries no wave."""
+        return self.inside.is_complex or self.outside.is_complex
+
     @property
     def bends_backwards(self) -> bool:
         """Whether a ray leaves on the same side of the normal it came from: the two indices differ in sign."""
         return self.inside.is_nim != self.outside.is_nim
 
     def refract(self, d: ArrayLike, normal: ArrayLike) -> NDArray:
-        """Directions of the transmitted rays, by the signed Snell law (thesis 2.2 to 2.4).
+        """Directions of the transmitted rays, by the signed Snell law (thesis 2.2 to 2.4) of the real parts of n.
 
         d:      (..., 3) directions the light travels in, of any length but zero
         normal: (..., 3) normals, pointing into `outside`, of any length but zero
-        Returns (..., 3) unit vectors, NaN where the light is totally reflected. A ray with d . normal > 0 arrives
-        from inside. The arguments broadcast. Raises ValueError for a vector that is zero or not finite.
+        Returns (..., 3) unit vectors, NaN where the light is totally reflected, or no ray goes on in a medium with
+        loss: Fresnel's T is absorbed there. A ray with d . normal > 0 arrives from inside. The arguments broadcast.
+        Raises ValueError for a vector that is zero or not finite.
         """
         d, normal = np.broadcast_arrays(unit(d), unit(normal))
         along = np.sum(d * normal, axis=-1, keepdims=True)
@@ -83,8 +115,9 @@ class Interface:
         n_i = np.where(along > 0, self.inside.n, self.outside.n)
         n_t = np.where(along > 0, self.outside.n, self.inside.n)
         cos_i = np.minimum(np.abs(along), 1.0)
-        cos_t = _cos_t(n_i, n_t, cos_i)
-        t = (n_i / n_t) * (d + cos_i * normal) - cos_t * normal
+        with np.errstate(divide="ignore", invalid="ignore"):  # n is 0 where a medium carries no wave
+            cos_t = _cos_t(n_i, n_t, cos_i)
+            t = (n_i / n_t) * (d + cos_i * normal) - cos_t * normal
         return np.where(cos_t > 0, t, np.nan)
 
     def fresnel(self, cos_i: ArrayLike) -> Fresnel:
@@ -92,9 +125,16 @@ class Interface:
 
         cos_i: (...) cosines of the angle of incidence, in [0, 1]; ValueError otherwise.
         Returns Fresnel(R_s, R_p, R, T) of the same shape; R = 1 in total reflection and at grazing incidence.
+        T = 1 - R is what a renderer takes also of light that arrives in a medium with loss, where the incident and the
+        reflected wave interfere and no split of the power is unique; R is held to 1 there.
         """
         cos_i = _cosine(cos_i)
-        Z_i, Z_t = self.outside.impedance, self.inside.impedance
+        if self.is_complex:
+            r_s, r_p, _ = self.amplitudes(cos_i)
+            R_s, R_p = np.square(np.abs(r_s)), np.square(np.abs(r_p))
+            R = np.minimum((R_s + R_p) / 2, 1.0)
+            return Fresnel(np.minimum(R_s, 1.0), np.minimum(R_p, 1.0), R, 1 - R)
+        Z_i, Z_t = abs(self.outside.impedance), abs(self.inside.impedance)
         cos_t = _cos_t(self.outside.n, self.inside.n, cos_i)
         total = cos_t == 0
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -105,18 +145,64 @@ class Interface:
         R = (R_s + R_p) / 2
         return Fresnel(R_s, R_p, R, 1 - R)
 
+    def amplitudes(self, cos_i: ArrayLike) -> Amplitudes:
+        """Complex amplitudes for light arriving from outside (thesis 4.2, 4.3), of any two media.
+
+        cos_i: (...) cosines of the angle of incidence, in [0, 1]; ValueError otherwise.
+        Returns Amplitudes(r_s, r_p, cos_t) of the same shape. cos_t is the principal root, Re cos_t >= 0: the wave that
+        carries energy away and decays, for either sign of n, wherever the outside has no loss. r = -1 at grazing
+        incidence, where the equations say nothing. In total reflection without any loss |r| = 1 is right for all, the
+        phase of r for a positive n_t.
+        """
+        cos_i = _cosine(cos_i)
+        Z_i, Z_t = complex(self.outside.impedance), complex(self.inside.impedance)
+        q = self.outside.index / self.inside.index
+        cos2_t = (1 - q) * (1 + q) + q * q * cos_i * cos_i
+        cos_t = np.sqrt(cos2_t.real + 1j * (cos2_t.imag + 0.0))  # which makes -0.0, whose root lies below, 0.0
+        r_s = _ratio(Z_t * cos_i, Z_i * cos_t)
+        r_p = _ratio(Z_i * cos_i, Z_t * cos_t)
+        return Amplitudes(r_s, r_p, cos_t)
+
+    def transmittances(self, cos_i: ArrayLike) -> tuple[NDArray, NDArray]:
+        """Shares of the power, T_s and T_p (...), that the transmitted waves carry away from the surface.
+
+        T_s = Re(cos_t / Z_t) |1 + r_s|^2 / Re(cos_i / Z_i), T_p = Re(cos_t Z_t) |1 + r_p|^2 / Re(cos_i Z_i), by
+        Poynting's vector along the normal. cos_i: (...), in (0, 1]; ValueError otherwise, and where the outside is no
+        medium without loss, since no split of the power is unique there.
+        """
+        cos_i = _cosine(cos_i)
+        if self.outside.is_complex or not np.all(cos_i > 0):
+            raise ValueError("power is split at a surface only for light from a medium without loss, not grazing it.")
+        r_s, r_p, cos_t = self.amplitudes(cos_i)
+        Z_i, Z_t = complex(self.outside.impedance), complex(self.inside.impedance)
+        T_s = np.real(cos_t / Z_t) * np.square(np.abs(1 + r_s)) / np.real(cos_i / Z_i)
+        # p by its magnetic field, of which r_p is the ratio
+        T_p = np.real(cos_t * Z_t) * np.square(np.abs(1 + r_p)) / np.real(cos_i * Z_i)
+        return T_s, T_p
+
+    def limits(self) -> tuple[str, ...]:
+        """Sentences on where rays end being the physics of this surface, for a person; none where all is well."""
+        return tuple(_limits(self))
+
     def theta_t(self, theta_i: ArrayLike) -> NDArray:
         """Signed angle of transmission, radians, for light from outside at `theta_i` (...) in [0, pi/2] (thesis 2.3).
 
-        Negative where the interface bends backwards, NaN in total reflection.
+        Negative where the interface bends backwards, NaN in total reflection, or where no ray goes on. By the real parts
+        of n.
         """
         theta_i = np.asarray(theta_i, float)
-        sine = self.outside.n / self.inside.n * np.sin(theta_i)
+        ratio = self.outside.n / self.inside.n if self.inside.n else math.nan
+        sine = ratio * np.sin(theta_i)
         with np.errstate(invalid="ignore"):
             return np.where(np.abs(sine) < 1, np.arcsin(sine), np.nan)
 
     def critical_angle(self) -> float | None:
-        """Angle of incidence, radians, from which light from outside is totally reflected (thesis 2.9); None if never."""
+        """Angle of incidence, radians, from which light from outside is totally reflected (thesis 2.9); None if never.
+
+        With loss, from which no ray goes on.
+        """
+        if not self.outside.n:
+            return None
         ratio = abs(self.inside.n / self.outside.n)
         return math.asin(ratio) if ratio < 1 else None
 
@@ -125,11 +211,14 @@ class Interface:
 
         Setting r_p = 0 (thesis 4.3) and Snell's law give sin^2 = (Z_i^2 - Z_t^2) / (Z_i^2 - q^2 Z_t^2), q = n_i / n_t;
         r_s = 0 the same with the impedances exchanged. With |mu| = 1 on both sides only "p" has one. Where the
-        impedances and |n| agree nothing is reflected at any angle, and no single one is named.
+        impedances and |n| agree nothing is reflected at any angle, and no single one is named. With a k above TRANSPARENT
+        there is none.
         """
         if polarization not in ("p", "s"):
             raise ValueError(f"polarization {polarization!r} is neither 'p' nor 's'.")
-        Z_i, Z_t = self.outside.impedance, self.inside.impedance
+        if any(max(medium.k, medium.mu_imag) > TRANSPARENT for medium in (self.inside, self.outside)):
+            return None
+        Z_i, Z_t = abs(self.outside.impedance), abs(self.inside.impedance)
         if polarization == "s":
             Z_i, Z_t = Z_t, Z_i
         q = self.outside.n / self.inside.n
@@ -138,6 +227,28 @@ class Interface:
         if above == 0 or below == 0 or not 0 < above / below < 1:
             return None
         return math.asin(math.sqrt(above / below))
+
+
+def _limits(interface: Interface):
+    inside, outside = interface.inside, interface.outside
+    if inside.is_single_negative:
+        yield f"{inside} has an epsilon and a mu of different sign: it reflects everything, at every angle."
+    elif inside.k > OPAQUE:
+        micrometres = inside.absorption_length() * 1e6
+        yield (
+            f"{inside} absorbs what enters within {micrometres:.2g} micrometres at {REPRESENTATIVE_NM:g} nm (k > {OPAQUE:g}): "
+            "it is a mirror for all that one can see, and nothing is seen through it."
+        )
+    elif inside.k > TRANSPARENT and (critical := interface.critical_angle()) is not None:
+        yield (
+            f"From {math.degrees(critical):.1f} degrees on no ray goes on in {inside} (|sin| > |Re n|): what is not "
+            "reflected is absorbed."
+        )
+    if max(outside.k, outside.mu_imag) > TRANSPARENT:
+        yield (
+            f"Light that starts in {outside}, which absorbs, has no unique split between reflected and transmitted: "
+            "T = 1 - R is taken."
+        )
 
 
 def povray_reflectance(n_i: ArrayLike, n_t: ArrayLike, cos_i: ArrayLike) -> NDArray:

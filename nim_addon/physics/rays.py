@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Rays through any number of interfaces: each splits into a reflected and a transmitted branch, until nothing is left.
 
-Rays are straight, media isotropic and without loss, light unpolarised at every interface (thesis 4.16).
+Rays are straight, media isotropic, light unpolarised at every interface (thesis 4.16). With loss, the surfaces are those of
+complex media; what is absorbed on the way through a medium is left out.
 """
 
 from __future__ import annotations
@@ -208,11 +209,12 @@ def _cross(
 
 def _followed(front: _Front, least: float, branches: bool) -> NDArray:
     """Which branches, (N,), are followed: `least` and `branches` as trace() takes them."""
-    followed = (front.energy > 0) & (front.energy >= least)
+    goes_on = np.isfinite(front.direction).all(axis=1)
+    followed = (front.energy > 0) & (front.energy >= least) & goes_on
     if not branches:
-        # where the transmitted branch has no energy, the reflected one is all there is
+        # where the transmitted branch has no energy, or no way on, the reflected one is all there is
         transmitted = front.kind == Kind.TRANSMITTED
-        splits = np.isin(front.parent, front.parent[transmitted & (front.energy > 0)])
+        splits = np.isin(front.parent, front.parent[transmitted & (front.energy > 0) & goes_on])
         followed &= transmitted | ~splits
     return followed
 
@@ -229,17 +231,16 @@ def _split(
     mirrored = unit(d - 2 * along[:, None] * normal)
     refracted = interface.refract(d, normal)
     passes = np.isfinite(refracted).all(axis=1)
-    R = np.where(passes, R, 1.0)
+    if not interface.is_complex:  # with loss, what is neither reflected nor goes on is absorbed at once
+        R = np.where(passes, R, 1.0)
     away = np.where(from_inside, -gap, gap)[:, None] * normal  # back to the side the rays came from
     n = interface.outside.n, interface.inside.n
     ahead = np.where(from_inside, *n)
     behind = np.where(from_inside, *reversed(n))
     kinds = np.full_like(parent, Kind.REFLECTED), np.full_like(parent, Kind.TRANSMITTED)
-    # a direction is needed even for a branch of no energy, which is dropped
-    onward = np.where(passes[:, None], refracted, d)
     return [
         _Front(point, point + away, mirrored, front.energy * R, behind, kinds[0], front.ray, parent),
-        _Front(point, point - away, onward, front.energy * (1 - R), ahead, kinds[1], front.ray, parent),
+        _Front(point, point - away, refracted, front.energy * (1 - R), ahead, kinds[1], front.ray, parent),
     ]
 
 

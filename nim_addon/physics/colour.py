@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Colour: what a light of one wavelength adds to a picture, how wavelengths are drawn, and how a wavelength is shown.
+
+The observer is CIE 1931 (2 degrees), white is D65, pictures are linear sRGB (IEC 61966-2-1, primaries of ITU-R BT.709).
+Tables stand every 5 nm over VISIBLE_NM, with straight lines between.
+"""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+_TABLE = Path(__file__).parent / "data" / "cie-1931.csv"
+# x, y of red, green and blue, and of white
+_PRIMARIES = ((0.64, 0.33), (0.30, 0.60), (0.15, 0.06))
+_WHITE = (0.3127, 0.3290)
+# How much of the density of drawn wavelengths is everywhere the same, beside what is as |w|: measured to be the best
+# of pictures of prisms and balls.
+_FLOOR = 0.6
+
+
+def _to_xyz(x: float, y: float) -> NDArray:
+    return np.array([x / y, 1, (1 - x - y) / y])
+
+
+@functools.cache
+def _xyz_to_srgb() -> NDArray:
+    """The matrix (3, 3) that takes X, Y, Z to linear red, green and blue, white of D65 to (1, 1, 1)."""
+    primaries = np.stack([_to_xyz(*primary) for primary in _PRIMARIES], axis=1)
+    to_xyz = primaries * np.linalg.solve(primaries, _to_xyz(*_WHITE))
+    return np.linalg.inv(to_xyz)
+
+
+def xyz_to_srgb(xyz: ArrayLike) -> NDArray:
+    """Linear sRGB (..., 3), with negative values outside its gamut, of X, Y, Z (..., 3)."""
+    return np.asarray(xyz, float) @ _xyz_to_srgb().T
+
+
+@functools.cache
+def _observer() -> tuple[NDArray, NDArray, NDArray]:
+    """Wavelengths (N,), nm, colour-matching functions (N, 3), D65 (N,)."""
+    rows = np.loadtxt(_TABLE, delimiter=",")
+    return rows[:, 0], rows[:, 1:4], rows[:, 4]
+
+
+def colour_matching(wavelength_nm: ArrayLike) -> NDArray:
+    """The CIE 1931 functions x, y, z (..., 3) of the 2-degree observer at wavelengths (...), nm; 0 outside VISIBLE_NM."""
+    places, matching, _ = _observer()
+    return _interpolated(wavelength_nm, places, matching)
+
+
+def _interpolated(wavelength_nm: ArrayLike, places: NDArray, table: NDArray) -> NDArray:
+    """The columns (..., C) of a table (N, C) at wavelengths (...); 0 outside it."""
+    wavelength_nm = np.asarray(wavelength_nm, float)
+    return np.stack([np.interp(wavelength_nm, places, column, 0, 0) for column in table.T], axis=-1)
+
+
+@functools.cache
+def weights() -> tuple[NDArray, NDArray]:
+    """What a wavelength adds to a picture: wavelengths (N,), nm, and weights (N, 3) of linear sRGB, straight between.
+
+    w = M (x, y, z) D65, of wavelengths that are equally likely over VISIBLE_NM, scaled in each channel so that the mean
+    of the straight lines is exactly (1, 1, 1): what has no colour stays as it is. Negative in places.
+    """
+    places, matching, daylight = _observer()
+    raw = xyz_to_srgb(matching * daylight[:, None])
+    mean = ((raw[1:] + raw[:-1]) / 2).mean(axis=0)  # of the straight lines, which are all 5 nm long
+    return _fixed(places), _fixed(raw / mean)
+
+
+def _fixed(array: NDArray) -> NDArray:
+    array.flags.writeable = False
+    return array
+
+
+@dataclass(frozen=True)
+class Wavelengths:
+    """How a uniform number u in [0, 1] becomes a wavelength, and what light of it adds to a picture.
+
+    The density is constant between knots, so that the wavelength runs in u on straight lines, and so do the weights of a
+    piece: what a shader looks up in a table is exact, and the mean over u is that of weights().
+
+    knots_nm:    (N,) wavelengths, nanometres, rising
+    knots:       (N,) the u of each, from 0 to 1
+    densities:   (N - 1,) between the knots, relative to wavelengths that are equally likely
+    """
+
+    knots_nm: NDArray
+    knots: NDArray
+    densities: NDArray
+
+    @classmethod
+    def uniform(cls) -> Wavelengths:
+        """All wavelengths of VISIBLE_NM equally likely."""
+        return cls._of(np.ones(len(weights()[0]) - 1))
+
+    @classmethod
+    def by_importance(cls) -> Wavelengths:
+        """Wavelengths as likely as what they add to a picture: density as |w_r| + |w_g| + |w_b| + 0.6."""
+        strength = np.abs(weights()[1]).sum(axis=1) + _FLOOR
+        return cls._of((strength[1:] + strength[:-1]) / 2)
+
+    @classmethod
+    def _of(cls, density: NDArray) -> Wavelengths:
+        places = weights()[0]
+        shares = density * np.diff(places)
+        shares = shares / shares.sum()
+        u = np.concatenate([[0.0], np.cumsum(shares)])
+        u[-1] = 1.0
+        return cls(places, u, np.diff(u) / (np.diff(places) / (places[-1] - places[0])))
+
+    def wavelength(self, u: ArrayLike) -> NDArray:
+        """The vacuum wavelengths (...), nanometres, of numbers u (...) in [0, 1]."""
+        return np.interp(np.asarray(u, float), self.knots, self.knots_nm)
+
+    def weight(self, u: ArrayLike) -> NDArray:
+        """What light of numbers u (...) adds to a picture, (..., 3) of linear sRGB; its mean over u is (1, 1, 1)."""
+        u = np.asarray(u, float)
+        w = _interpolated(self.wavelength(u), *weights())
+        piece = np.clip(np.searchsorted(self.knots, u, side="right") - 1, 0, len(self.densities) - 1)
+        return w / self.densities[piece][..., None]
+
+    def noise(self) -> NDArray:
+        """The mean squares (3,) of weight() over u: how much noisier, in variance, each channel is than without colour."""
+        table, shares = weights()[1], np.diff(self.knots)
+        a, b = table[:-1], table[1:]
+        squares = (a * a + a * b + b * b) / 3  # of straight lines
+        return (shares / self.densities**2) @ squares
+
+
+def weights_of(wavelengths_nm: ArrayLike) -> NDArray:
+    """Weights (N, 3) of N renders of one wavelength each, (N,), whose mean is the picture: scaled to a mean of (1, 1, 1).
+
+    Raises ValueError where the wavelengths, too few or all in one place, leave a channel without a positive mean.
+    """
+    w = _interpolated(wavelengths_nm, *weights())
+    mean = w.mean(axis=0)
+    if not (mean > 0).all():
+        raise ValueError("these wavelengths make no white together; take more, over 400 to 700 nm.")
+    return w / mean
+
+
+def into_gamut(rgb: ArrayLike) -> NDArray:
+    """Linear sRGB (..., 3) without negative values: mixed with grey of the same luminance as far as needed, for display.
+
+    Where luminance itself is not above 0 it is black. Colours that have no negative value stay as they are.
+    """
+    rgb = np.asarray(rgb, float)
+    luminance = np.maximum(rgb @ np.linalg.inv(_xyz_to_srgb())[1], 0)[..., None]
+    least = np.minimum(rgb.min(axis=-1, keepdims=True), 0)
+    kept = luminance / np.where(luminance > least, luminance - least, 1)  # the share of the colour; 1 where least is 0
+    mixed = np.maximum(luminance + kept * (rgb - luminance), 0)
+    return np.where(least < 0, np.where(luminance > 0, mixed, 0), rgb)
+
+
+def of_wavelength(wavelength_nm: ArrayLike) -> NDArray:
+    """The linear sRGB (..., 3), in [0, 1], that stands for light of wavelengths (...), nm, in a drawing.
+
+    Of the light's hue, as saturated as the gamut allows, and as bright as the screen can show it; black outside
+    VISIBLE_NM.
+    """
+    rgb = into_gamut(xyz_to_srgb(colour_matching(wavelength_nm)))
+    brightest = rgb.max(axis=-1, keepdims=True)
+    return rgb / np.where(brightest > 0, brightest, 1)
+
+
+def encoded(linear: ArrayLike) -> NDArray:
+    """The values of sRGB (...), in [0, 1], that files and screens take, of linear ones (...); clipped to [0, 1]."""
+    linear = np.clip(np.asarray(linear, float), 0, 1)
+    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)

@@ -17,8 +17,8 @@ from .spectra import AbsorptionLength, Range, Spectrum, Table, wavelengths
 REPRESENTATIVE_NM = 550.0
 # The wavelengths, nanometres, between which pictures are made.
 VISIBLE_NM: Range = (380.0, 730.0)
-# Of |n|: where a curve passes through 0 it is held off it, as n = 0 has no impedance.
-_LEAST = 1e-6
+# Of |n|, |epsilon| and |mu|: where a curve passes through 0 it is held off it, as n = 0 has no impedance.
+_LEAST = 2e-6
 _ROUNDING = 8 * np.finfo(float).eps
 
 
@@ -142,8 +142,8 @@ class Dispersion:
             for key, part in self._parts()
         }
         if "epsilon" in parts:
-            mu = parts.get("mu", np.ones(places.shape, complex))
-            return _off_zero(refractive_index(parts["epsilon"], mu)), mu
+            epsilon, mu = _off_zero(parts["epsilon"]), _off_zero(parts.get("mu", np.ones(places.shape, complex)))
+            return refractive_index(epsilon, mu), mu
         n = parts["n"] + 1j * parts.get("k", np.zeros(places.shape))
         if "k" in parts:
             check_passive("n", n)
@@ -163,5 +163,6 @@ def _pair(key: str, part: Spectrum | complex) -> str:
     return f"{key}={shortest(part) if isinstance(part, complex | float | int) else part}"
 
 
-def _off_zero(n: NDArray) -> NDArray:
-    return np.where(np.abs(n) < _LEAST, np.where(n.real < 0, -_LEAST, _LEAST), n)
+def _off_zero(values: NDArray) -> NDArray:
+    """Complex values (...), of a curve that may pass through 0, none of them too near to it."""
+    return np.where(np.abs(values) < _LEAST, np.where(values.real < 0, -_LEAST, _LEAST), values)

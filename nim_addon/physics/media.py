@@ -35,7 +35,7 @@ def _finite(name: str, value: Any) -> float | complex:
     try:
         if isinstance(value, str):
             number = to_complex(value)
-        elif isinstance(value, complex | np.complexfloating):
+        elif isinstance(value, (complex, np.complexfloating)):
             number = complex(value) if value.imag else float(value.real)
         else:
             number = float(value)
@@ -83,7 +83,7 @@ class Medium:
         _check_range("n", index)
         permeability = _sign(index) if mu is None else _finite("mu", mu)
         if isinstance(index, complex) or isinstance(permeability, complex):
-            _check_range("mu", permeability)
+            _check_range("mu", permeability)  # before it divides
             permittivity(index, permeability)
         elif permeability * index <= 0:
             word, sign = ("negative", "below") if index < 0 else ("positive", "above")
@@ -95,9 +95,12 @@ class Medium:
         self._set(index, permeability)
 
     def _set(self, n: complex, mu: complex, dispersion: Dispersion | None = None):
-        values = (n.real + 0.0, mu.real + 0.0, float(n.imag), float(mu.imag), dispersion)
-        for name, value in zip(("n", "mu", "k", "mu_imag", "dispersion"), values, strict=True):
-            object.__setattr__(self, name, value)
+        put = object.__setattr__  # since it is frozen
+        put(self, "n", n.real + 0.0)  # 0.0 for -0.0
+        put(self, "mu", mu.real + 0.0)
+        put(self, "k", n.imag)
+        put(self, "mu_imag", mu.imag)
+        put(self, "dispersion", dispersion)
 
     @classmethod
     def of(cls, epsilon: complex | Spectrum, mu: complex | Spectrum = 1.0) -> Medium:

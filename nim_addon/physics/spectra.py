@@ -91,6 +91,8 @@ class SplitRing:
 
     strength: F, the share of the area that the rings fill, in (0, 1); resonance_nm: the wavelength of w_0;
     damping: G / w_0, 0 without loss
+    A model of low frequencies: far above w_0 it goes to 1 - F rather than to 1, and without loss it disperses less than
+    causality demands where w^2 > 2 w_0^2.
     """
 
     strength: float
@@ -106,7 +108,8 @@ class SplitRing:
 
     def __call__(self, wavelength_nm: NDArray) -> NDArray:
         w = self.resonance_nm / wavelength_nm  # in units of w_0
-        return 1 - self.strength * w * w / (w * w - 1 + 1j * self.damping * w)
+        with np.errstate(divide="ignore", invalid="ignore"):  # on the resonance itself it is infinite without damping
+            return 1 - self.strength * w * w / (w * w - 1 + 1j * self.damping * w)
 
     def __str__(self) -> str:
         return _text("split-ring", self.strength, self.resonance_nm, self.damping)
@@ -235,9 +238,9 @@ def _formula(number: int, c: Sequence[float], x: NDArray) -> NDArray:
         poles = sum(c[i] * x ** c[i + 1] / (x2 - c[i + 2] ** c[i + 3]) for i in (1, 5))
         return np.sqrt(first + poles + sum(c[i] * x ** c[i + 1] for i in range(9, 17, 2)))
     if number == 5:
-        return np.full_like(x, first) + sum(b * x**d for b, d in pairs)
+        return np.full_like(x, first) + sum((b * x**d for b, d in pairs), np.zeros_like(x))
     if number == 6:
-        return 1 + first + sum(b / (d - 1 / x2) for b, d in pairs)
+        return 1 + first + sum((b / (d - 1 / x2) for b, d in pairs), np.zeros_like(x))
     if number == 7:
         pole = 1 / (x2 - 0.028)
         return first + c[1] * pole + c[2] * pole**2 + c[3] * x2 + c[4] * x2**2 + c[5] * x2**3

@@ -107,7 +107,7 @@ def test_parse(text, medium):
         ("watr", ("'watr'", "did you mean water", "glass", "-1.33", "n=-1.33,mu=-10")),
         ("plastic", ("'plastic'", "water", "nim-mu25")),
         ("", ("''", "water")),
-        ("n=1.5,k=2", ("n=1.5,k=2", "n=-1.33,mu=-10")),
+        ("n=1.5,x=2", ("n=1.5,x=2", "n=-1.33,mu=-10")),
         ("mu=2", ("mu=2", "n=-1.33")),
         ("n=1.5,n=2", ("n=1.5,n=2", "n=-1.33")),
         ("n=", ("n = ''", "number")),

@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Colour: white stays white, wavelengths are drawn as they should be, and what is shown lies in the gamut."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from nim_addon.physics import VISIBLE_NM, colour
+from nim_addon.physics.colour import Wavelengths
+
+SAMPLINGS = {"uniform": Wavelengths.uniform(), "importance": Wavelengths.by_importance()}
+
+
+def test_the_matrix_is_that_of_srgb():
+    # IEC 61966-2-1 gives four decimals
+    expected = [[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]]
+    np.testing.assert_allclose(colour.xyz_to_srgb(np.eye(3)).T, expected, rtol=0, atol=5e-4)
+    white = np.array((0.3127, 0.3290, 0.3583)) / 0.3290
+    np.testing.assert_allclose(colour.xyz_to_srgb(white), 1, rtol=0, atol=1e-14)
+
+
+def test_the_observer_at_known_wavelengths():
+    np.testing.assert_allclose(colour.colour_matching(555), (0.51205, 1.0, 0.00575), rtol=0, atol=1e-6)
+    np.testing.assert_array_equal(colour.colour_matching([300, 900]), 0)
+
+
+def test_weights_have_the_mean_of_white_exactly():
+    places, w = colour.weights()
+    assert (places[0], places[-1]) == VISIBLE_NM and w.shape == (71, 3)
+    np.testing.assert_allclose(((w[1:] + w[:-1]) / 2).mean(axis=0), 1, rtol=0, atol=1e-14)
+    assert w.min() < -3 and 7 < w.max() < 8 and not w.flags.writeable
+    # red, green and blue where one expects them
+    assert 590 <= places[w[:, 0].argmax()] <= 610 and 530 <= places[w[:, 1].argmax()] <= 550
+    assert 440 <= places[w[:, 2].argmax()] <= 455
+
+
+@pytest.mark.parametrize("name", SAMPLINGS)
+def test_the_mean_over_drawn_wavelengths_is_white(name):
+    sampling = SAMPLINGS[name]
+    # Gauss of two points is exact for the straight lines between knots, as for the squares that noise() takes
+    ends = sampling.knots[:-1], sampling.knots[1:]
+    step = ends[1] - ends[0]
+    total, squares = np.zeros(3), np.zeros(3)
+    for x in (0.5 - np.sqrt(1 / 12), 0.5 + np.sqrt(1 / 12)):
+        w = sampling.weight(ends[0] + x * step)
+        total += step @ w / 2
+        squares += step @ w**2 / 2
+    np.testing.assert_allclose(total, 1, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(squares, sampling.noise(), rtol=1e-12)
+
+
+def test_importance_lowers_the_noise_of_every_channel():
+    uniform, importance = (sampling.noise() for sampling in SAMPLINGS.values())
+    np.testing.assert_allclose(uniform, (8.8, 4.5, 5.9), rtol=0, atol=0.06)
+    assert (importance < 0.72 * uniform).all()
+
+
+@pytest.mark.parametrize("name", SAMPLINGS)
+def test_wavelengths_are_drawn_with_their_density(name):
+    sampling = SAMPLINGS[name]
+    u = (np.arange(100_000) + 0.5) / 100_000
+    drawn = sampling.wavelength(u)
+    assert (np.diff(drawn) > 0).all() and (sampling.wavelength([0, 1]) == VISIBLE_NM).all()
+    counts = np.histogram(drawn, sampling.knots_nm)[0] / len(u) * 70
+    np.testing.assert_allclose(counts, sampling.densities, rtol=0, atol=2e-3)
+
+
+@given(st.floats(0, 1))
+def test_a_weight_is_what_the_wavelength_adds_by_its_density(u):
+    importance, uniform = SAMPLINGS["importance"], SAMPLINGS["uniform"]
+    nm = importance.wavelength(u)
+    density = importance.densities[min(int((nm - 380) // 5), 69)]
+    at_knot = abs(nm / 5 - round(float(nm) / 5)) < 1e-9
+    if not at_knot:
+        expected = uniform.weight((nm - 380) / 350) / density
+        np.testing.assert_allclose(importance.weight(u), expected, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("wavelengths", [np.arange(400, 701, 10), np.linspace(380, 730, 8), [450, 550, 610]])
+def test_weights_of_few_renders_are_white_together(wavelengths):
+    np.testing.assert_allclose(colour.weights_of(wavelengths).mean(axis=0), 1, rtol=0, atol=1e-14)
+
+
+def test_wavelengths_that_make_no_white_are_refused(one_sentence):
+    for few in ([500], [650, 700], [900]):
+        with pytest.raises(ValueError) as caught:
+            colour.weights_of(few)
+        one_sentence(caught.value, "no white", "take more")
+
+
+@given(st.lists(st.floats(-5, 5), min_size=3, max_size=3))
+def test_what_is_shown_has_no_negative_value_and_keeps_its_luminance(rgb):
+    rgb = np.array(rgb)
+    shown = colour.into_gamut(rgb)
+    Y = np.linalg.inv(colour.xyz_to_srgb(np.eye(3)).T)[1]
+    assert (shown >= 0).all()
+    np.testing.assert_allclose(shown @ Y, max(rgb @ Y, 0) if rgb.min() < 0 else rgb @ Y, rtol=1e-9, atol=1e-12)
+    if rgb.min() >= 0:
+        np.testing.assert_array_equal(shown, rgb)
+
+
+def test_into_gamut_is_continuous_where_a_channel_turns_negative():
+    np.testing.assert_allclose(colour.into_gamut([1, 0.5, -1e-9]), (1, 0.5, 0), rtol=0, atol=1e-8)
+
+
+def test_the_colours_of_the_spectrum():
+    nm = np.arange(380, 731.0)
+    rgb = colour.of_wavelength(nm)
+    np.testing.assert_allclose(rgb.max(axis=-1), 1)
+    assert (rgb >= 0).all() and np.abs(np.diff(rgb, axis=0)).max() < 0.1  # no bands
+    leads = {610: 0, 650: 0, 530: 1, 550: 1, 430: 2, 460: 2}
+    assert {place: int(rgb[nm == place][0].argmax()) for place in leads} == leads
+    np.testing.assert_array_equal(colour.of_wavelength([200, 1000]), 0)
+
+
+def test_encoded_is_the_curve_of_srgb():
+    np.testing.assert_allclose(
+        colour.encoded([-1, 0, 0.0031308, 0.2140411, 1, 2]), [0, 0, 0.04045, 0.5, 1, 1], atol=1e-5
+    )

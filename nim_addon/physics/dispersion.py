@@ -24,8 +24,7 @@ _ROUNDING = 8 * np.finfo(float).eps
 
 def upper_root(z: ArrayLike) -> NDArray:
     """The square roots (...) of numbers (...) of the closed upper half plane, each in its first quadrant."""
-    z = np.asarray(z, complex)
-    return np.sqrt(z.real + 1j * (z.imag + 0.0))  # which makes -0.0, whose root lies below, 0.0
+    return np.sqrt(np.asarray(z, complex) + 0j)  # which makes an imaginary part of -0.0, whose root lies below, 0.0
 
 
 def refractive_index(epsilon: ArrayLike, mu: ArrayLike) -> NDArray:

@@ -49,9 +49,10 @@ def _cos_t(n_i, n_t, cos_i):
 
 
 def _ratio(a, b):
-    """(a - b) / (a + b); -1 where both are 0."""
+    """(a - b) / (a + b); -1 where both are 0, or so small that complex numbers overflow in dividing."""
     total = a + b
-    return np.where(total == 0, -1, (a - b) / np.where(total == 0, 1, total))
+    none = np.abs(total) < 1e-300
+    return np.where(none, -1, (a - b) / np.where(none, 1, total))
 
 
 def _cosine(cos_i):
@@ -158,7 +159,7 @@ class Interface:
         Z_i, Z_t = complex(self.outside.impedance), complex(self.inside.impedance)
         q = self.outside.index / self.inside.index
         cos2_t = (1 - q) * (1 + q) + q * q * cos_i * cos_i
-        cos_t = np.sqrt(cos2_t.real + 1j * (cos2_t.imag + 0.0))  # which makes -0.0, whose root lies below, 0.0
+        cos_t = np.sqrt(cos2_t + 0j)  # which makes an imaginary part of -0.0, whose root lies below, 0.0
         r_s = _ratio(Z_t * cos_i, Z_i * cos_t)
         r_p = _ratio(Z_i * cos_i, Z_t * cos_t)
         return Amplitudes(r_s, r_p, cos_t)

@@ -51,8 +51,9 @@ def test_media_of_epsilon_and_mu_are_values_and_passive(epsilon, mu):
     assert dataclasses.replace(medium.dispersion, mu=Drude(99)) != medium.dispersion
     n, permeability = medium.spectrum(VISIBLE)
     assert (n.imag >= 0).all() and ((permeability / n).real >= -1e-12 * abs(permeability / n)).all()
-    # where one of them is 0 it is taken for 2e-6
-    np.testing.assert_allclose(n**2, epsilon(VISIBLE) * mu(VISIBLE), rtol=1e-12, atol=1e-4)
+    wanted = epsilon(VISIBLE), mu(VISIBLE)
+    held = np.minimum(*np.abs(wanted)) > 1e-5  # where one of them is 0 it is taken for a little more
+    np.testing.assert_allclose((n**2)[held], (wanted[0] * wanted[1])[held], rtol=1e-12)
 
 
 @given(st.one_of(formulas, tables), st.one_of(st.just(0.0), st.floats(1e-9, 1), st.builds(AbsorptionLength, positive)))

@@ -113,12 +113,12 @@ class Interface:
         along = np.sum(d * normal, axis=-1, keepdims=True)
         # from here on the normal stands against the ray, as in thesis figure 2.1
         normal = np.where(along > 0, -normal, normal)
-        n_i = np.where(along > 0, self.inside.n, self.outside.n)
-        n_t = np.where(along > 0, self.outside.n, self.inside.n)
+        inside, outside = (medium.n or math.nan for medium in (self.inside, self.outside))  # 0 where it carries no wave
+        n_i = np.where(along > 0, inside, outside)
+        n_t = np.where(along > 0, outside, inside)
         cos_i = np.minimum(np.abs(along), 1.0)
-        with np.errstate(divide="ignore", invalid="ignore"):  # n is 0 where a medium carries no wave
-            cos_t = _cos_t(n_i, n_t, cos_i)
-            t = (n_i / n_t) * (d + cos_i * normal) - cos_t * normal
+        cos_t = _cos_t(n_i, n_t, cos_i)
+        t = (n_i / n_t) * (d + cos_i * normal) - cos_t * normal
         return np.where(cos_t > 0, t, np.nan)
 
     def fresnel(self, cos_i: ArrayLike) -> Fresnel:

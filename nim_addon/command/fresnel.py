@@ -1,24 +1,44 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`nimray fresnel`: reflectance and transmittance of an interface, as a table."""
+"""`nimray fresnel`: reflectance and transmittance of an interface, as a table by angle or by wavelength."""
 
 from __future__ import annotations
 
 import argparse
 import csv
-import dataclasses
 import math
 import sys
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..base import records
-from ..physics import Interface, Medium
+from ..physics import DISPERSIVE, REPRESENTATIVE_NM, VISIBLE_NM, Interface, Medium
+from ..physics.media import to_number
+from ..physics.spectra import wavelengths
 from . import words
+from .words import UsageError
 
 HEAD = ("theta_i", "theta_t", "R_s", "R_p", "R", "T")
+SPECTRAL_HEAD = ("wavelength", "n", "k", "R_s", "R_p", "R")
+STEP = 5  # degrees
+STEP_NM = 10
+MOST_ROWS = 10_000
 
-# The angle of incidence and that of refraction, degrees, None where all is reflected, and the four of Interface.fresnel().
+# The angle of incidence and that of refraction, degrees, None where no ray goes on, and the four of Interface.fresnel().
 Row = tuple[int | float | None, ...]
+# The first wavelength, the last and the step, nanometres; () where none were given.
+Steps = tuple[float, ...]
+
+
+class Answer(NamedTuple):
+    """A table, what JSON says beside its rows, and its text."""
+
+    head: tuple[str, ...]
+    rows: list[Row]
+    told: dict
+    lines: list[str]
 
 
 def add_to(commands: argparse._SubParsersAction) -> None:
@@ -27,35 +47,100 @@ def add_to(commands: argparse._SubParsersAction) -> None:
         commands,
         "fresnel",
         run,
-        "Print reflectance and transmittance of an interface against the angle of incidence.",
-        "examples:\n  nimray fresnel --inside nim\n  nimray fresnel --inside n=-1.33,mu=-10 --outside water --csv",
+        "Print reflectance and transmittance of an interface against the angle of incidence, or the wavelength.",
+        "examples:\n"
+        "  nimray fresnel --inside nim\n"
+        "  nimray fresnel --inside n=-1.33,mu=-10 --outside water --csv\n"
+        "  nimray fresnel --inside n-bk7 --wavelength 486.13\n"
+        "  nimray fresnel --inside gold --spectrum 400:700:20\n\n"
+        f"Media that disperse, here alone: {', '.join(DISPERSIVE)}, the path of a .yml file of\n"
+        'refractiveindex.info, or functions such as "epsilon=drude(360),mu=drude(360)". Loss: -1.33+0.01j,\n'
+        "n=-1.33,k=0.01, or n=-1.33,length=0.05, the metres within which light falls to 1/e.",
     )
     parser.add_argument("--inside", type=words.medium, required=True, metavar="M", help="medium the light enters")
     parser.add_argument(
         "--outside", type=words.medium, default=Medium(1.0), metavar="M", help="medium it comes from (air)"
     )
-    parser.add_argument("--step", type=words.whole("--step", 1, 90), default=5, metavar="DEG", help="of the table (5)")
+    parser.add_argument(
+        "--step", type=words.whole("--step", 1, 90), metavar="DEG", help=f"of the table by angle ({STEP})"
+    )
+    at = parser.add_mutually_exclusive_group()
+    at.add_argument(
+        "--wavelength", type=_wavelength, metavar="NM", help=f"in vacuum, nanometres ({REPRESENTATIVE_NM:g})"
+    )
+    at.add_argument(
+        "--spectrum",
+        type=_steps,
+        nargs="?",
+        const=(),
+        metavar="A:B:STEP",
+        help=f"n, k and R by wavelength, nanometres ({VISIBLE_NM[0]:g}:{VISIBLE_NM[1]:g}:{STEP_NM})",
+    )
+    parser.add_argument("--angle", type=_angle, metavar="DEG", help="of incidence, of the spectrum (0)")
     form = parser.add_mutually_exclusive_group()
     form.add_argument("--csv", action="store_true", help="comma-separated values")
     words.add_json(form)
 
 
+def _wavelength(text: str) -> float:
+    value = words.number("--wavelength")(text)
+    try:
+        return float(wavelengths(value))
+    except ValueError as error:
+        raise UsageError(str(error)) from None
+
+
+def _steps(text: str) -> Steps:
+    try:
+        first, last, step = (to_number(part) for part in text.split(":"))
+        wavelengths([first, last])
+    except ValueError as error:
+        if "wavelength" in str(error):
+            raise UsageError(str(error)) from None
+        raise UsageError(f"--spectrum {text!r} is not understood; write it like 400:700:10.") from None
+    if not (math.isfinite(step) and step > 0):
+        raise UsageError(f"--spectrum {text!r} has a step that is no number above 0; write it like 400:700:10.")
+    if first > last:
+        raise UsageError(f"--spectrum {text!r} runs backwards; write it like {last:g}:{first:g}:{step:g}.")
+    if (last - first) / step > MOST_ROWS:
+        raise UsageError(f"--spectrum {text!r} has more than {MOST_ROWS} wavelengths; take a larger step.")
+    return first, last, step
+
+
+def _angle(text: str) -> float:
+    value = words.number("--angle")(text)
+    if not 0 <= value <= 90:
+        raise UsageError(f"--angle {text} is out of range; it lies between 0 and 90.")
+    return value
+
+
 def run(arguments: argparse.Namespace) -> None:
     """Print the table."""
-    interface = Interface(arguments.inside, arguments.outside)
-    rows = table(interface, arguments.step)
+    interface, step, steps = Interface(arguments.inside, arguments.outside), arguments.step, arguments.spectrum
+    if steps is not None and step is not None:
+        raise UsageError("--step is of the table by angle; the step of a spectrum is written as --spectrum 400:700:10.")
+    if steps is None and arguments.angle is not None:
+        raise UsageError("--angle is of a spectrum; give it with --spectrum.")
+    try:
+        if steps is None:
+            answer = _by_angle(interface, arguments.wavelength or REPRESENTATIVE_NM, step or STEP)
+        else:
+            answer = _by_wavelength(interface, _places(interface, steps), arguments.angle or 0.0)
+    except ValueError as error:  # a medium that is not known at such a wavelength
+        raise UsageError(str(error)) from None
     if arguments.csv:
         out = csv.writer(sys.stdout, lineterminator="\n")
-        out.writerow(HEAD)
-        out.writerows([["" if value is None else value for value in row] for row in rows])
+        out.writerow(answer.head)
+        out.writerows([["" if value is None else value for value in row] for row in answer.rows])
     elif arguments.json:
-        print(records.text(_answer(interface, rows)))
+        rows = [dict(zip(answer.head, row, strict=True)) for row in answer.rows]
+        print(records.text({**answer.told, "rows": rows}))
     else:
-        _print(interface, rows)
+        print("\n".join(answer.lines))
 
 
 def table(interface: Interface, step: int) -> list[Row]:
-    """A row each `step` degrees from 0, and one at 90."""
+    """A row each `step` degrees from 0, and one at 90, of media at one wavelength."""
     angles = np.unique([*range(0, 90, step), 90])
     cosines = np.where(angles == 90, 0.0, np.cos(np.radians(angles)))
     theta_t = np.degrees(interface.theta_t(np.radians(angles)))
@@ -65,24 +150,97 @@ def table(interface: Interface, step: int) -> list[Row]:
     ]
 
 
-def _answer(interface: Interface, rows: list[Row]) -> dict:
-    critical, brewster = interface.critical_angle(), interface.brewster_angle()
-    return {
-        "outside": dataclasses.asdict(interface.outside),
-        "inside": dataclasses.asdict(interface.inside),
-        "critical_angle": None if critical is None else math.degrees(critical),
-        "brewster_angle": None if brewster is None else math.degrees(brewster),
-        "rows": [dict(zip(HEAD, row, strict=True)) for row in rows],
+def spectrum(interface: Interface, wavelengths_nm: NDArray, angle: float) -> list[Row]:
+    """A row for each wavelength: it, n and k of the inside, and R_s, R_p and R at an angle of incidence, degrees."""
+    cosine = 0.0 if angle == 90 else math.cos(math.radians(angle))
+    rows = []
+    for wavelength in wavelengths_nm.tolist():
+        there = interface.at(wavelength)
+        rows.append((wavelength, there.inside.n, there.inside.k, *map(float, there.fresnel(cosine)[:3])))
+    return rows
+
+
+def _places(interface: Interface, steps: Steps) -> NDArray:
+    """Wavelengths (N,), nanometres; where none were given, those that are seen and that both media are known at."""
+    if steps:
+        first, last, step = steps
+    else:
+        known = [medium.dispersion.range_nm for medium in (interface.inside, interface.outside) if medium.dispersion]
+        step = STEP_NM
+        first = step * math.ceil(max(VISIBLE_NM[0], *(least for least, _ in known), 0) / step)
+        last = min(VISIBLE_NM[1], *(most for _, most in known), math.inf)
+    return np.round(first + step * np.arange(math.floor((last - first) / step + 1e-9) + 1), 9)
+
+
+def _by_angle(interface: Interface, wavelength: float, step: int) -> Answer:
+    there = interface.at(wavelength)
+    rows = table(there, step)
+    critical, brewster = (
+        None if angle is None else math.degrees(angle) for angle in (there.critical_angle(), there.brewster_angle())
+    )
+    told = {
+        "outside": _numbers(interface.outside, there.outside),
+        "inside": _numbers(interface.inside, there.inside),
+        "critical_angle": critical,
+        "brewster_angle": brewster,
     }
-
-
-def _print(interface: Interface, rows: list[Row]) -> None:
-    critical, brewster = interface.critical_angle(), interface.brewster_angle()
-    print(f"from {interface.outside} into {interface.inside}, angles in degrees")
-    print(f"bends backwards: {'yes' if interface.bends_backwards else 'no'}")
-    print(f"critical angle:  {'none' if critical is None else f'{math.degrees(critical):.3f}'}")
-    print(f"Brewster angle:  {'none' if brewster is None else f'{math.degrees(brewster):.3f}'}")
-    print(f"{'theta_i':>8}{'theta_t':>10}{'R_s':>10}{'R_p':>10}{'R':>10}{'T':>10}")
+    limits, at = interface.limits(wavelength), ""
+    if not (interface.inside.is_real and interface.outside.is_real):
+        told |= {"wavelength": wavelength, "limits": limits}
+        at = f" at {wavelength:g} nm"
+    lines = [
+        f"from {interface.outside} into {interface.inside}{at}, angles in degrees",
+        *_curves_at(interface.outside, there.outside),
+        *_curves_at(interface.inside, there.inside),
+        f"bends backwards: {'yes' if there.bends_backwards else 'no'}",
+        f"critical angle:  {'none' if critical is None else f'{critical:.3f}'}",
+        f"Brewster angle:  {'none' if brewster is None else f'{brewster:.3f}'}",
+        *limits,
+        f"{'theta_i':>8}{'theta_t':>10}{'R_s':>10}{'R_p':>10}{'R':>10}{'T':>10}",
+    ]
+    without = "none" if there.is_complex else "total"  # with loss, what is not reflected there is absorbed
     for theta, refracted, *powers in rows:
-        angle = "total" if refracted is None else f"{refracted:.3f}"
-        print(f"{theta:8d}{angle:>10}" + "".join(f"{power:10.6f}" for power in powers))
+        angle = without if refracted is None else f"{refracted:.3f}"
+        lines.append(f"{theta:8d}{angle:>10}" + _columns(powers))
+    return Answer(HEAD, rows, told, lines)
+
+
+def _by_wavelength(interface: Interface, wavelengths_nm: NDArray, angle: float) -> Answer:
+    rows = spectrum(interface, wavelengths_nm, angle)
+    told = {
+        "outside": _named(interface.outside),
+        "inside": _named(interface.inside),
+        "angle": angle,
+        "limits": interface.limits(),
+    }
+    lines = [
+        f"from {interface.outside} into {interface.inside} at {angle:g} degrees, wavelengths in nanometres",
+        *interface.limits(),
+        f"{'wavelength':>10}{'n':>11}{'k':>12}{'R_s':>10}{'R_p':>10}{'R':>10}",
+    ]
+    for wavelength, n, k, *powers in rows:
+        lines.append(f"{wavelength:10.7g}{n:11.6f}{k:12.6g}" + _columns(powers))
+    return Answer(SPECTRAL_HEAD, rows, told, lines)
+
+
+def _named(medium: Medium) -> dict:
+    source = medium.dispersion.source if medium.dispersion else ""
+    return {"medium": str(medium)} | ({"source": source} if source else {})
+
+
+def _numbers(medium: Medium, there: Medium) -> dict:
+    """A medium and its numbers at one wavelength; a real one has these two alone."""
+    numbers = {"n": there.n, "mu": there.mu}
+    return numbers if medium.is_real else {**_named(medium), **numbers, "k": there.k, "mu_imag": there.mu_imag}
+
+
+def _curves_at(medium: Medium, there: Medium) -> list[str]:
+    """The line with the numbers of a medium that disperses, at one wavelength."""
+    if not medium.dispersion:
+        return []
+    mu = f"{there.permeability:.6g}" if there.mu_imag else f"{there.mu:.6g}"
+    return [f"{medium}: n = {there.n:.6f}, k = {there.k:.6g}, mu = {mu}"]
+
+
+def _columns(powers: Sequence[float | None]) -> str:
+    return "".join(f"{power:10.6f}" for power in powers)

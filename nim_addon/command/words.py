@@ -177,14 +177,15 @@ def folder(text: str) -> str:
 def variants(words: Sequence[str], liquids: Sequence[str]) -> list[list[str]]:
     """The settings of each variant, lists of texts "key=value", from words such as "liquid=none,n=-1.33,mu=-10".
 
-    liquids: the keys whose values are media, to which a mu= among them belongs; elsewhere mu is a parameter of its own
+    liquids: the keys whose values are media, to which a mu=, k= or length= among them belongs; elsewhere mu is a
+             parameter of its own
     """
     settings = []
     for word in words:
         key, equals, values = word.partition("=")
         if not equals:
             raise UsageError(f"--vary {word!r} is not understood; write KEY=A,B,C.")
-        for value in re.split(r",(?!\s*mu\s*=)", values):
+        for value in re.split(r",(?!\s*(?:mu|k|length)\s*=)", values):
             settings.append([f"{key}={value}"] if key in liquids else f"{key}={value}".split(","))
     if len(settings) < 2:
         raise UsageError(f"--vary {' '.join(words)} is one image; give at least two values, KEY=A,B.")

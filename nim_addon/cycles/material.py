@@ -49,8 +49,8 @@ def interface_material(
                      the first where this build has OSL, else the second
     tint:            linear RGB factor on all light that meets the interface, three numbers from 0 to 1
     The material renders without this add-on, and its node "NIM Interface" holds the parameters.
-    Raises TypeError for what is no Medium, ValueError for such a tint or an unknown backend, RuntimeError for "osl" in a
-    Blender without OSL; nothing is made then.
+    Raises TypeError for what is no Medium, ValueError for one that absorbs or disperses, for such a tint or an unknown
+    backend, RuntimeError for "osl" in a Blender without OSL; nothing is made then.
     """
     _check_media(inside, outside)
     tint = _checked_tint(tint)
@@ -72,7 +72,8 @@ def interface_node(
 ) -> bpy.types.Node:
     """A new interface node between two media in a shader's node tree, unlinked.
 
-    Raises TypeError for what is no Medium, and as resolve() does; nothing is made then.
+    Raises TypeError for what is no Medium, ValueError for one that absorbs or disperses, and as resolve() does; nothing
+    is made then.
     """
     _check_media(inside, outside)
     node = INTERFACE.new_node(tree, backend)
@@ -87,6 +88,7 @@ def _check_media(inside, outside):
     for name, medium in (("inside", inside), ("outside", outside)):
         if not isinstance(medium, Medium):
             raise TypeError(f"{name} = {medium!r} is no Medium; give one, such as Medium(-1.5) or MEDIA['water'].")
+        medium.check_real()
 
 
 def _checked_tint(tint):

@@ -198,6 +198,7 @@ def diagram(
         raise ValueError(f"there is no ray diagram {str(scene)!r}; there are {', '.join(SCENES)}.")
     chosen = SCENES[scene]
     medium = Medium(chosen.n if n is None else n, mu)
+    medium.check_real()
     rays = chosen.rays if rays is None else rays
     if not isinstance(rays, int) or not 1 <= rays <= MOST_RAYS:
         raise ValueError(f"rays = {rays} is not a whole number from 1 to {MOST_RAYS}.")

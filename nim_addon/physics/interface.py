@@ -14,11 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .dispersion import REPRESENTATIVE_NM
-from .media import Medium
-
-# Of k. Below the first, what absorbs reflects and refracts as if it did not; beyond the second, light is gone within some
-# wavelengths, so that a surface shows its reflection and nothing else.
-TRANSPARENT, OPAQUE = 1e-5, 1e-3
+from .media import OPAQUE, TRANSPARENT, Medium
 
 
 class Fresnel(NamedTuple):
@@ -181,9 +177,12 @@ class Interface:
         T_p = np.real(cos_t * Z_t) * np.square(np.abs(1 + r_p)) / np.real(cos_i * Z_i)
         return T_s, T_p
 
-    def limits(self) -> tuple[str, ...]:
-        """Sentences on where rays end being the physics of this surface, for a person; none where all is well."""
-        return tuple(_limits(self))
+    def limits(self, wavelength_nm: float = REPRESENTATIVE_NM) -> tuple[str, ...]:
+        """Sentences on where rays end being the physics of this surface, for a person; none where all is well.
+
+        wavelength_nm: in vacuum, nanometres; ValueError where a medium is not known
+        """
+        return tuple(_limits(self, wavelength_nm))
 
     def theta_t(self, theta_i: ArrayLike) -> NDArray:
         """Signed angle of transmission, radians, for light from outside at `theta_i` (...) in [0, pi/2] (thesis 2.3).
@@ -212,12 +211,12 @@ class Interface:
 
         Setting r_p = 0 (thesis 4.3) and Snell's law give sin^2 = (Z_i^2 - Z_t^2) / (Z_i^2 - q^2 Z_t^2), q = n_i / n_t;
         r_s = 0 the same with the impedances exchanged. With |mu| = 1 on both sides only "p" has one. Where the
-        impedances and |n| agree nothing is reflected at any angle, and no single one is named. With a k above TRANSPARENT
-        there is none.
+        impedances and |n| agree nothing is reflected at any angle, and no single one is named. With a k above TRANSPARENT,
+        or where a medium carries no wave, there is none.
         """
         if polarization not in ("p", "s"):
             raise ValueError(f"polarization {polarization!r} is neither 'p' nor 's'.")
-        if any(max(medium.k, medium.mu_imag) > TRANSPARENT for medium in (self.inside, self.outside)):
+        if any(not medium.n or max(medium.k, medium.mu_imag) > TRANSPARENT for medium in (self.inside, self.outside)):
             return None
         Z_i, Z_t = abs(self.outside.impedance), abs(self.inside.impedance)
         if polarization == "s":
@@ -230,25 +229,30 @@ class Interface:
         return math.asin(math.sqrt(above / below))
 
 
-def _limits(interface: Interface):
-    inside, outside = interface.inside, interface.outside
+def _limits(interface: Interface, wavelength_nm: float):
+    there = interface.at(wavelength_nm)
+    inside, outside = there.inside, there.outside
+    at = f" at {wavelength_nm:g} nm"
     if inside.is_single_negative:
-        yield f"{inside} has an epsilon and a mu of different sign: it reflects everything, at every angle."
-    elif inside.k > OPAQUE:
-        micrometres = inside.absorption_length() * 1e6
         yield (
-            f"{inside} absorbs what enters within {micrometres:.2g} micrometres at {REPRESENTATIVE_NM:g} nm (k > {OPAQUE:g}): "
-            "it is a mirror for all that one can see, and nothing is seen through it."
+            f"{interface.inside} has an epsilon and a mu of different sign{at if interface.inside.dispersion else ''}: it "
+            "reflects everything, at every angle."
         )
-    elif inside.k > TRANSPARENT and (critical := interface.critical_angle()) is not None:
+    elif inside.k > OPAQUE:
+        micrometres = inside.absorption_length(wavelength_nm) * 1e6
         yield (
-            f"From {math.degrees(critical):.1f} degrees on no ray goes on in {inside} (|sin| > |Re n|): what is not "
-            "reflected is absorbed."
+            f"{interface.inside} absorbs what enters within {micrometres:.2g} micrometres{at} (k > {OPAQUE:g}): it is a "
+            "mirror for all that one can see, and nothing is seen through it."
+        )
+    elif inside.k > TRANSPARENT and (critical := there.critical_angle()) is not None:
+        yield (
+            f"From {math.degrees(critical):.1f} degrees on no ray goes on in {interface.inside}{at} (|sin| > |Re n|): what "
+            "is not reflected is absorbed."
         )
     if max(outside.k, outside.mu_imag) > TRANSPARENT:
         yield (
-            f"Light that starts in {outside}, which absorbs, has no unique split between reflected and transmitted: "
-            "T = 1 - R is taken."
+            f"Light that starts in {interface.outside}, which absorbs, has no unique split between reflected and "
+            "transmitted: T = 1 - R is taken."
         )
 
 

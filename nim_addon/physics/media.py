@@ -22,10 +22,22 @@ from .notation import plain_minus, shortest, to_complex, to_number
 from .refractiveindex import SUFFIXES, load
 from .spectra import AbsorptionLength, Spectrum, read, wavelengths
 
-__all__ = ["LEAST_MAGNITUDE", "MEDIA", "MOST_MAGNITUDE", "Medium", "plain_minus", "to_number"]
+__all__ = [
+    "LEAST_MAGNITUDE",
+    "MEDIA",
+    "MOST_MAGNITUDE",
+    "OPAQUE",
+    "TRANSPARENT",
+    "Medium",
+    "plain_minus",
+    "to_number",
+]
 
 # Of |n| and |mu|: beyond, their squares and ratios leave the numbers that are computed with.
 LEAST_MAGNITUDE, MOST_MAGNITUDE = 1e-6, 1e6
+# Of k. Below the first, what absorbs reflects and refracts as if it did not; beyond the second, light is gone within some
+# wavelengths, so that a surface shows its reflection and nothing else.
+TRANSPARENT, OPAQUE = 1e-5, 1e-3
 
 _KEYS = ("n", "k", "length", "mu", "epsilon")
 
@@ -35,8 +47,9 @@ def _finite(name: str, value: Any) -> float | complex:
     try:
         if isinstance(value, str):
             number = to_complex(value)
-        elif isinstance(value, (complex, np.complexfloating)):
-            number = complex(value) if value.imag else float(value.real)
+        elif np.iscomplexobj(value):
+            number = complex(value)
+            number = number if number.imag else number.real
         else:
             number = float(value)
     except (TypeError, ValueError):
@@ -163,6 +176,26 @@ class Medium:
     def is_complex(self) -> bool:
         """Whether n or mu has an imaginary part: the medium absorbs, or carries no wave at all."""
         return self.k != 0 or self.mu_imag != 0
+
+    @property
+    def is_real(self) -> bool:
+        """Whether the medium is a real n and mu and no more: without loss and without dispersion."""
+        return self.dispersion is None and not self.is_complex
+
+    def check_real(self) -> None:
+        """ValueError for a medium that is not `is_real`, with the real one that is nearest to it: what renders ask."""
+        if self.is_real:
+            return
+        does = ["disperses"] if self.dispersion else []
+        if self.is_complex:
+            does.append("carries no wave" if self.is_single_negative else "absorbs")
+        if self.k > OPAQUE or abs(self.n) < LEAST_MAGNITUDE:
+            instead = "none stands for it, since it is a mirror for all that one can see"
+        else:
+            n, mu = (float(f"{value:.6g}") for value in (self.n, self.mu))
+            real = Medium(n, mu if mu * n > 0 and abs(mu) >= LEAST_MAGNITUDE else None)
+            instead = f"give {real}" + (f", which it has at {REPRESENTATIVE_NM:g} nm" if self.dispersion else "")
+        raise ValueError(f"{self} {' and '.join(does)}, and renders take a real index so far; {instead}.")
 
     @property
     def is_single_negative(self) -> bool:

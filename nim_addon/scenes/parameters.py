@@ -9,6 +9,8 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, Self
 
+import numpy as np
+
 from ..base.text import fit, in_any_case, unknown
 from ..physics import MEDIA, Medium
 from ..physics.media import plain_minus, to_number
@@ -43,7 +45,7 @@ def choice(default: str, description: str, choices: Iterable[str]) -> Any:
 
 
 def liquid(default: Medium | None, description: str) -> Any:
-    """A field that holds None, or the Medium that fills a vessel."""
+    """A field that holds None, or the Medium that fills a vessel, of a real index."""
     return dataclasses.field(default=default, metadata={"kind": "liquid", "description": description})
 
 
@@ -154,7 +156,7 @@ def _checked(field, value):
             raise ValueError(f"{name} = {value!r} is neither on nor off.")
         return answer
     if kind == "liquid":
-        return None if str(value).lower() in ("none", "empty") else Medium.parse(value)
+        return None if str(value).lower() in ("none", "empty") else _real_medium(value)
     choices = field.metadata["choices"]
     if (word := in_any_case(str(value), choices)) in choices:
         return word
@@ -163,13 +165,19 @@ def _checked(field, value):
     return _mesh_path(name, str(value), choices)
 
 
+def _real_medium(value):
+    medium = Medium.parse(value)
+    medium.check_real()
+    return medium
+
+
 def _number(field, value):
     name, low, high = field.name, field.metadata["low"], field.metadata["high"]
     whole = field.metadata["kind"] == "integer"
     unit = f" {field.metadata['unit']}" if field.metadata.get("unit") else ""
     type_ = int if whole else float
     try:
-        if isinstance(value, bool):
+        if isinstance(value, bool) or np.iscomplexobj(value):  # numpy's complex numbers would lose a part
             raise TypeError
         number = to_number(value, type_) if isinstance(value, str) else type_(value)
         if whole and not isinstance(value, str) and number != float(value):

@@ -207,6 +207,7 @@ def test_what_lets_no_light_in_is_drawn(scene, n, mu, monkeypatch):
         ({"rays": "many"}, ("rays = many",)),
         ({"n": 0}, ("n = 0",)),
         ({"n": -1.5, "mu": 2}, ("mu = 2",)),
+        ({"n": 1.5 + 1e-6j}, ("n=1.5+1e-06j absorbs", "give n=1.5")),
         ({"file": "x.jpg"}, ("x.jpg", ".svg, .png, .pdf", "rays.svg")),
     ],
 )

@@ -123,7 +123,7 @@ def test_single_negative_media_reflect_everything(epsilon, mu):
     np.testing.assert_allclose(interface.fresnel(np.linspace(0, 1, 91)).R, 1, rtol=0, atol=8 * EPS)
     assert np.isnan(interface.refract((1, 0, -1), (0, 0, 1))).all() and np.isnan(interface.theta_t(0.3))
     assert interface.critical_angle() == 0 and interface.reversed().critical_angle() is None
-    assert interface.brewster_angle() is None
+    assert interface.brewster_angle() is None and Interface(Medium(1e-5j)).brewster_angle() is None
 
 
 def test_rays_are_refracted_by_the_real_index():
@@ -166,6 +166,16 @@ def test_an_interface_has_a_wavelength():
 def test_where_physics_ends_is_said(inside, outside, words, one_sentence):
     (sentence,) = Interface(Medium.parse(inside), Medium.parse(outside)).limits()
     one_sentence(sentence.replace("e.g.", ""), *words)
+
+
+def test_where_physics_ends_is_said_of_a_wavelength():
+    interface = Interface(Medium.parse("gold"), Medium.parse("epsilon=drude(600),mu=1"))
+    for wavelength in (450, 700):
+        within = interface.inside.absorption_length(wavelength) * 1e6
+        sentence = interface.limits(wavelength)[0]
+        assert sentence.startswith(f"gold absorbs what enters within {within:.2g} micrometres at {wavelength} nm")
+    assert [len(interface.limits(wavelength)) for wavelength in (450, 700)] == [1, 2]
+    assert "different sign at 700 nm" in interface.reversed().limits(700)[0]
 
 
 @pytest.mark.parametrize("inside", ["nim", "glass", "n-bk7", "water-daimon", "nim-causal"])

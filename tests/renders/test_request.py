@@ -16,7 +16,7 @@ from nim_addon.base.version import VERSION
 from nim_addon.caustics import PHOTONS
 from nim_addon.cycles.images import read_metadata
 from nim_addon.cycles.material import resolve
-from nim_addon.physics import MEDIA
+from nim_addon.physics import MEDIA, Medium
 from nim_addon.renders import changes, request
 from nim_addon.renders.blends import Blend
 from nim_addon.renders.request import NoPhotons, NotTraced, Request, Session
@@ -206,6 +206,17 @@ def test_a_record_that_no_render_has_is_refused_in_a_sentence(key, value, one_se
     if not isinstance(value, dict):  # which has two where it says which parameters there are
         one_sentence(caught.value, "mine.exr")
     assert str(caught.value).startswith("mine.exr")
+
+
+@pytest.mark.parametrize("liquid", ["nim-causal", "n=-1.33+1e-06j", "epsilon=drude(360 0),mu=drude(360 0)"])
+def test_a_record_holds_no_medium_that_disperses_or_absorbs(liquid, one_sentence):
+    record = Request.of("pool", ["liquid=nim"]).record()
+    with pytest.raises(ValueError) as caught:
+        Request.from_record({**record, "parameters": {**record["parameters"], "liquid": liquid}}, "mine.exr")
+    one_sentence(caught.value, "mine.exr", "renders take a real index so far")
+    with pytest.raises(ValueError) as caught:
+        Request.of("pool", {"liquid": Medium.parse(liquid)})
+    one_sentence(caught.value, "renders take a real index so far")
 
 
 def test_a_record_of_a_later_version_or_with_less_is_refused(one_sentence):

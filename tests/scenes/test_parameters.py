@@ -8,6 +8,7 @@ import sys
 from dataclasses import FrozenInstanceError, dataclass
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from nim_addon.physics import Medium
@@ -97,6 +98,10 @@ def test_the_last_of_two_settings_counts():
         ("view=tpo", ("'tpo'", "did you mean top", "side, top, below")),
         ("filling=watr", ("'watr'", "did you mean water")),
         ("filling=0", ("n = 0",)),
+        ("filling=n-bk7", ("n-bk7 disperses and absorbs", "give n=1.51852, which it has at 550 nm")),
+        ("filling=n=-1.33,k=1e-6", ("n=-1.33+1e-06j absorbs", "give n=-1.33")),
+        ("filling=epsilon=-2,mu=1", ("carries no wave", "mirror")),
+        ("depth=1.5+0.1j", ("depth = '1.5+0.1j'", "number")),
         ("figure=rabbit", ("'rabbit'", "bunny, none", "PLY, OBJ or STL")),
         ("figure=/nowhere/rabbit.ply", ("no file", "/nowhere/rabbit.ply", "bunny, none")),
     ],
@@ -105,6 +110,21 @@ def test_read_refuses(text, words, one_sentence):
     with pytest.raises(ValueError) as caught:
         Every.read([text])
     one_sentence(caught.value, *words)
+
+
+@pytest.mark.parametrize("medium", [Medium.parse("nim-causal"), Medium(-1.33 + 1e-6j)])
+def test_a_scene_holds_no_medium_that_disperses_or_absorbs(medium, one_sentence):
+    for make in (lambda: Every(filling=medium), lambda: Every.of({"filling": str(medium)})):
+        with pytest.raises(ValueError) as caught:
+            make()
+        one_sentence(caught.value, "renders take a real index so far", "give n=-1.33")
+
+
+@pytest.mark.parametrize("values", [{"n": 1.5 + 0.1j}, {"n": np.complex64(1.5 + 0.1j)}, {"mu": np.array(-1 + 0.1j)}])
+def test_a_sphere_has_no_complex_numbers(values, one_sentence):
+    with pytest.raises(ValueError) as caught:
+        SphereParameters(**values)
+    one_sentence(caught.value, "is not a number")
 
 
 def test_a_value_that_is_missing_is_refused(one_sentence):

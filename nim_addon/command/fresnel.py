@@ -7,6 +7,7 @@ import argparse
 import csv
 import math
 import sys
+import textwrap
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -53,9 +54,11 @@ def add_to(commands: argparse._SubParsersAction) -> None:
         "  nimray fresnel --inside n=-1.33,mu=-10 --outside water --csv\n"
         "  nimray fresnel --inside n-bk7 --wavelength 486.13\n"
         "  nimray fresnel --inside gold --spectrum 400:700:20\n\n"
-        f"Media that disperse, here alone: {', '.join(DISPERSIVE)}, the path of a .yml file of\n"
-        'refractiveindex.info, or functions such as "epsilon=drude(360),mu=drude(360)". Loss: -1.33+0.01j,\n'
-        "n=-1.33,k=0.01, or n=-1.33,length=0.05, the metres within which light falls to 1/e.",
+        "Media that disperse, here alone:\n"
+        + textwrap.fill(f"{', '.join(DISPERSIVE)},", 90, break_on_hyphens=False)
+        + "\nthe path of a .yml file of refractiveindex.info, or functions such as\n"
+        '"epsilon=drude(360),mu=drude(360)". Loss: -1.33+0.01j, n=-1.33,k=0.01, or\n'
+        "n=-1.33,length=0.05, the metres within which light falls to 1/e.",
     )
     parser.add_argument("--inside", type=words.medium, required=True, metavar="M", help="medium the light enters")
     parser.add_argument(

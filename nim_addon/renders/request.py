@@ -368,7 +368,9 @@ class Session:
             if request.caustics == "traced":
                 with _said_of_tracing():
                     caustics.Bake(scene)  # whether it can be is seen before anything is written
-                _bake(scene, request, writable_folder(folder) / f".{name}.photons", tracing)
+            folder = writable_folder(folder)  # before anybody is told how far it is
+            if request.caustics == "traced":
+                _bake(scene, request, folder / f".{name}.photons", tracing)
             scene.cycles.seed = request.seed
             with showing(name, _known(request.samples)) if showing else nullcontext() as progress:
                 exr, png = render.render(scene, folder, name, metadata=record, progress=progress, blend=blend)

@@ -365,6 +365,16 @@ def test_caustics_are_traced_where_they_can_be(tmp_path, empty_file):
     assert plain.render(tmp_path, "by chance").record["caustics"] == "path"
 
 
+def test_a_folder_that_cannot_be_written_is_seen_before_anybody_is_told_how_far_it_is(tmp_path, empty_file):
+    (tmp_path / "file").touch()
+    told = []
+    with pytest.raises(OSError, match="cannot write into"):
+        Request.of("sphere", size=(8, 6), samples=1).render(
+            tmp_path / "file" / "folder", showing=lambda name, samples: told.append(name)
+        )
+    assert not told
+
+
 def test_a_blender_without_a_denoiser_is_told_so_before_the_work(tmp_path, empty_file, monkeypatch):
     monkeypatch.setattr(request, "can_denoise", lambda: False)
     with pytest.raises(RuntimeError, match="without OpenImageDenoise"):

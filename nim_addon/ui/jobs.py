@@ -226,7 +226,8 @@ def all_variants(settings: NIM_PG_scenes, folder: Path) -> Work:
         file_name(joined, variant): dataclasses.replace(request, parameters=type(parameters).read([*kept, *variant]))
         for variant in variants
     }
-    compared = {"compares": [" ".join(variant) for variant in variants], **({"set": kept} if kept else {})}
+    # in the order in which `nimray compare` has them
+    compared = {**({"set": kept} if kept else {}), "compares": [" ".join(variant) for variant in variants]}
     return Work(joined, requests, joined, compared)
 
 

@@ -128,10 +128,9 @@ def test_variants_keep_the_rest_of_the_settings(settings, tmp_path):
     settings.pool.use_mu, settings.pool.mu, settings.pool.view = True, -10, "window"
     work = jobs.all_variants(settings, tmp_path)
     assert work.joined == "pool_view-window_compare"
-    assert work.compared == {
-        "compares": ["liquid=none", "liquid=water", "liquid=n=-1.33,mu=-10"],
-        "set": ["view=window"],
-    }
+    compares = ["liquid=none", "liquid=water", "liquid=n=-1.33,mu=-10"]
+    assert work.compared == {"set": ["view=window"], "compares": compares}
+    assert list(work.compared) == ["set", "compares"]  # as `nimray info` lists them
     liquids = [request.parameters.liquid for request in work.requests.values()]
     assert liquids == [None, MEDIA["water"], Medium(-1.33, -10)]
     assert {request.parameters.view for request in work.requests.values()} == {"window"}

@@ -232,8 +232,10 @@ class Medium:
         return 1 / alpha if alpha else math.inf
 
     @classmethod
-    def parse(cls, text: str | Medium) -> Medium:
+    def parse(cls, text: str | Medium, *, real: bool = False) -> Medium:
         """The medium a person wrote, or str() of one.
+
+        real: whether it must be one, as check_real() says, and no other is named
 
         A name of MEDIA or DISPERSIVE; an index, "-1.33" or "-1.33+0.01j"; "n=-1.33,mu=-10"; n with k, or with the
         absorption length in metres, "n=-1.33,length=0.05"; "epsilon=-2,mu=-1"; any of these but a length as a function
@@ -241,8 +243,14 @@ class Medium:
         refractiveindex.info, which ends in .yml.
         Raises ValueError with the names that exist, the nearest first, when `text` is none of these.
         """
-        if isinstance(text, Medium):
-            return text
+        medium = text if isinstance(text, Medium) else cls._of_text(text, real)
+        if real:
+            medium.check_real()
+        return medium
+
+    @classmethod
+    def _of_text(cls, text: str, real: bool) -> Medium:
+        """parse() of a text; `real` as there, for the sentence that names media."""
         path, word = str(text).strip(), plain_minus(str(text).strip())
         if path.lower().endswith(SUFFIXES):
             return cls.dispersive(load(path))
@@ -254,12 +262,11 @@ class Medium:
             return cls._of_words(word)
         if re.match(r"[-+.\d]|nan$|inf", word, re.IGNORECASE):
             return cls(word)
-        near = difflib.get_close_matches(word.lower(), (*MEDIA, *DISPERSIVE), 1, 0.5)
+        names = tuple(MEDIA) if real else (*MEDIA, *DISPERSIVE)
+        near = difflib.get_close_matches(word.lower(), names, 1, 0.5)
         hint = f"did you mean {near[0]}? Media" if near else "media"
-        raise ValueError(
-            f"there is no medium {word!r}; {hint} are {', '.join((*MEDIA, *DISPERSIVE))}, an index such as -1.33, "
-            "n=-1.33,mu=-10, or a .yml file of refractiveindex.info."
-        )
+        last = "or n=-1.33,mu=-10" if real else "n=-1.33,mu=-10, or a .yml file of refractiveindex.info"
+        raise ValueError(f"there is no medium {word!r}; {hint} are {', '.join(names)}, an index such as -1.33, {last}.")
 
     @classmethod
     def _of_words(cls, text: str) -> Medium:

@@ -156,19 +156,13 @@ def _checked(field, value):
             raise ValueError(f"{name} = {value!r} is neither on nor off.")
         return answer
     if kind == "liquid":
-        return None if str(value).lower() in ("none", "empty") else _real_medium(value)
+        return None if str(value).lower() in ("none", "empty") else Medium.parse(value, real=True)
     choices = field.metadata["choices"]
     if (word := in_any_case(str(value), choices)) in choices:
         return word
     if kind == "choice":
         raise ValueError(unknown(name, str(value), choices))
     return _mesh_path(name, str(value), choices)
-
-
-def _real_medium(value):
-    medium = Medium.parse(value)
-    medium.check_real()
-    return medium
 
 
 def _number(field, value):

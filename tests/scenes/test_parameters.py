@@ -202,3 +202,11 @@ def test_scenes_can_be_the_first_thing_imported():
     root = Path(__file__).parents[2]
     done = subprocess.run([sys.executable, "-c", "import nim_addon.scenes"], cwd=root)
     assert done.returncode == 0
+
+
+def test_a_sentence_names_only_media_that_a_render_takes(one_sentence):
+    with pytest.raises(ValueError) as error:
+        Every.read(["filling=golf"])
+    assert "gold" not in one_sentence(error.value, "there is no medium 'golf'", "nim-mu25") and ".yml" not in str(
+        error.value
+    )

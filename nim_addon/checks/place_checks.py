@@ -104,7 +104,7 @@ def coarseness(mesh: bpy.types.Mesh) -> float:
     smooth = meshes.read(mesh.polygons, "use_smooth", dtype=bool)
     if not smooth.any():
         return 0.0
-    edge = meshes.attribute(mesh, ".corner_edge", "value", dtype=np.int32)
+    edge = meshes.corner_edges(mesh)
     sharp = meshes.read(mesh.edges, "use_edge_sharp", dtype=bool)
     normal, area = meshes.read(mesh.polygons, "normal", 3), meshes.read(mesh.polygons, "area")
     face = np.repeat(np.arange(faces), np.diff(meshes.starts(mesh)))

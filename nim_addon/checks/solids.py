@@ -132,7 +132,7 @@ class Solid:
         _, first, same = np.unique(_words(self.points), return_index=True, return_inverse=True)
         self.same = first[same.ravel()]
         alone = len(first) == len(self.points)
-        edges = self._edges(meshes.attribute(mesh, ".corner_edge", "value", dtype=np.int32) if alone else None)
+        edges = self._edges(meshes.corner_edges(mesh) if alone else None)
         lonely = edges.faces[edges.edge] == 1
         if not lonely.any():
             return edges

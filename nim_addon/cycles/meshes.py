@@ -34,7 +34,7 @@ def attribute(mesh: bpy.types.Mesh, name: str, field: str, width: int = 1, dtype
 
 def vertices(mesh: bpy.types.Mesh, matrix: mathutils.Matrix | ArrayLike | None = None) -> NDArray:
     """(V, 3) places of the vertices: float32 in the mesh's own coordinates, or float64 where a `matrix` (4, 4) puts them."""
-    points = attribute(mesh, "position", "vector", 3)
+    points = _built_in(mesh, "position", "vector", mesh.vertices, "co", 3)
     return points if matrix is None else moved(points, matrix)
 
 
@@ -46,7 +46,18 @@ def moved(points: ArrayLike, matrix: mathutils.Matrix | ArrayLike) -> NDArray:
 
 def corners(mesh: bpy.types.Mesh) -> NDArray:
     """(L,) the vertex of each corner, face by face."""
-    return attribute(mesh, ".corner_vert", "value", dtype=np.int32)
+    return _built_in(mesh, ".corner_vert", "value", mesh.loops, "vertex_index", dtype=np.int32)
+
+
+def corner_edges(mesh: bpy.types.Mesh) -> NDArray:
+    """(L,) the edge from each corner to the next of its face."""
+    return _built_in(mesh, ".corner_edge", "value", mesh.loops, "edge_index", dtype=np.int32)
+
+
+def _built_in(mesh, name, field, items, prop, width=1, dtype=np.float32):
+    """A built-in attribute, or the same of `items`: while a mesh is edited, its attributes are not of what is shown."""
+    values = attribute(mesh, name, field, width, dtype)
+    return values if len(values) == len(items) else read(items, prop, width, dtype)
 
 
 def starts(mesh: bpy.types.Mesh) -> NDArray:

@@ -40,6 +40,18 @@ def test_vertices_stand_where_a_matrix_puts_them(mesh):
     np.testing.assert_allclose(placed, [matrix @ vertex.co for vertex in mesh.vertices], atol=1e-6)
 
 
+def test_arrays_are_those_of_what_is_shown_while_a_mesh_is_edited(empty_file):
+    bpy.ops.mesh.primitive_cube_add()
+    cube = bpy.context.object
+    cube.modifiers.new("Divide", "SUBSURF")
+    bpy.ops.object.mode_set(mode="EDIT")
+    mesh = cube.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
+    assert len(mesh.vertices) > 8
+    np.testing.assert_array_equal(meshes.vertices(mesh), [vertex.co for vertex in mesh.vertices])
+    assert meshes.corners(mesh).tolist() == [loop.vertex_index for loop in mesh.loops]
+    assert meshes.corner_edges(mesh).tolist() == [loop.edge_index for loop in mesh.loops]
+
+
 def test_an_empty_mesh_has_empty_arrays(empty_file):
     mesh = bpy.data.meshes.new("Empty")
     assert meshes.vertices(mesh).shape == (0, 3) and meshes.corners(mesh).shape == (0,)

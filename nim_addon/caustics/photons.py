@@ -243,10 +243,12 @@ class Tracer:
             mesh: Any = surface.data
             vertices = meshes.vertices(mesh, surface.matrix_world)
             outwards = 1 if surface.matrix_world.determinant() > 0 else -1  # what is mirrored is wound the other way
-            polygons = meshes.faces(meshes.corners(mesh), meshes.starts(mesh))
-            ways = vertices[:: max(1, len(vertices) // 64)] - np.asarray(place)
+            corners, starts = meshes.corners(mesh), meshes.starts(mesh)
+            faces = Faces(vertices, [face[::outwards] for face in meshes.faces(corners, starts)])
+            # at the middles of faces: a vertex may be missed by a rounding
+            middles = np.add.reduceat(vertices[corners], starts[:-1]) / np.diff(starts)[:, None]
+            ways = middles[:: max(1, len(middles) // 64)] - np.asarray(place)
             ways = ways / np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-30)
-            faces = Faces(vertices, [corners[::outwards] for corners in polygons])
             distance, normals = faces.meet(np.broadcast_to(place, ways.shape), ways)
             backs += (np.sum(normals * ways, axis=1) > 0).sum()
             total += np.isfinite(distance).sum()

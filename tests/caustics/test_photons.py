@@ -103,6 +103,16 @@ def test_without_interface_or_receiver(missing, empty_file, one_sentence):
     assert "NIM photons" not in bpy.data.scenes
 
 
+def test_a_lamp_under_a_surface_of_one_face_stands_within_the_medium(empty_file, one_sentence):
+    """Wherever it stands: its rays at the corners of the face miss it by a rounding now and then."""
+    with Tracer(stage_of(Medium(1.33), "nodes")) as tracer:
+        for x, y, z in np.random.default_rng(0).uniform((-0.4, -0.4, 0.1), (0.4, 0.4, 0.6), (200, 3)):
+            with pytest.raises(ValueError) as error:
+                tracer.check_outside("Lamp", (x, y, -z))
+            one_sentence(error.value, "stands within a medium")
+            tracer.check_outside("Lamp", (x, y, z))
+
+
 def test_charts_of_a_box():
     vertices, faces = shapes.box((0, 0, 0), (1, 1, 1))
     corners = np.asarray(vertices)[np.asarray(faces)]

@@ -198,7 +198,7 @@ def maker(version, bring):
 def interpreter(version):
     """A Python of that version: this one if it fits, else the first found that runs and says that it is one."""
     if sys.version_info[:2] == version:
-        return sys.executable
+        return getattr(sys, "_base_executable", None) or sys.executable  # this one may be of the environment that goes
     name = "python{}.{}".format(*version)
     failed = None
     for words in candidates(name):

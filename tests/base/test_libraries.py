@@ -157,3 +157,8 @@ def test_a_bare_server_is_told_by_build_or_mended(build, monkeypatch, tmp_path, 
     monkeypatch.setattr(build.os, "geteuid", lambda: 1000)
     assert build.main(["setup", "--system-packages"]) == 2
     assert "root" in capsys.readouterr().err
+
+
+def test_an_environment_is_made_by_a_python_outside_of_it(build):
+    python = Path(build.interpreter(sys.version_info[:2])).absolute()
+    assert sys.prefix == sys.base_prefix or not python.is_relative_to(sys.prefix)

@@ -9,21 +9,9 @@ from mathutils.bvhtree import BVHTree
 
 from nim_addon.cycles import casting
 from nim_addon.cycles.casting import Meshes
-from nim_addon.cycles.material import interface_material
 from nim_addon.cycles.visibility import CAUSTICS_MARK, as_rendered, shown
 from nim_addon.physics import Medium
 from nim_addon.scenes import shapes, surfaces
-
-
-@pytest.fixture
-def scene():
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    return bpy.context.scene
-
-
-@pytest.fixture
-def nim(scene):
-    return interface_material("NIM", Medium(-1.5), backend="nodes")
 
 
 def add(scene, vertices, faces, material=None, smooth=False):

@@ -4,21 +4,10 @@ import bpy
 import pytest
 
 from nim_addon.cycles import visibility
-from nim_addon.cycles.material import asked_interfaces, interface_material, interface_node, interface_of
+from nim_addon.cycles.material import asked_interfaces, interface_node, interface_of
 from nim_addon.cycles.nodes import empty_tree
 from nim_addon.cycles.visibility import as_rendered, asked, shown, value_of
 from nim_addon.physics import Interface, Medium
-
-
-@pytest.fixture
-def scene():
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    return bpy.context.scene
-
-
-@pytest.fixture
-def nim(scene):
-    return interface_material("NIM", Medium(-1.5), backend="nodes")
 
 
 def box(scene, material=None, slot="DATA"):

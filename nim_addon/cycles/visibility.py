@@ -113,6 +113,8 @@ def as_rendered(scene: bpy.types.Scene) -> Iterator[bpy.types.Depsgraph]:
                     obj.hide_set(False, view_layer=view)
             for modifier in obj.modifiers:
                 put(modifier, "show_viewport", modifier.show_render)
+                if obj.mode == "EDIT":  # a render leaves it
+                    put(modifier, "show_in_editmode", True)
                 if hasattr(modifier, "render_levels"):
                     put(modifier, "levels", modifier.render_levels)
         with bpy.context.temp_override(scene=scene, view_layer=view):
@@ -146,6 +148,9 @@ def shown(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> Iterator[Sh
         there = original in alone if single else is_instance_rendered(original, parent, alone)
         # curves, texts and the like are there a second time, as the mesh that they become
         if obj.type == "MESH" and instance.show_self and there:
+            if original.mode == "EDIT":  # its data is empty, or as it was before, until a mesh is asked for
+                obj.to_mesh()
+                obj.to_mesh_clear()
             materials = materials_of(obj, override)
             matrix = instance.matrix_world.copy().freeze()
             random = (instance.random_id if instance.is_instance else _hash(original.name)) % 2**32 / (2**32 - 1)

@@ -164,3 +164,20 @@ def test_reroutes_and_value_nodes(scene, nim):
     wave = tree.nodes.new("ShaderNodeTexWave")
     tree.links.new(wave.outputs[1], node.inputs["Index Inside"])
     assert value_of(node.inputs["Index Inside"]) is None and interface_of(node) is None
+
+
+@pytest.mark.parametrize("modifier", [None, "DISPLACE", "SUBSURF"])
+def test_an_object_that_is_edited_is_shown_as_a_render_has_it(scene, modifier):
+    bpy.ops.mesh.primitive_cube_add()
+    if modifier:
+        bpy.context.object.modifiers.new("Modifier", modifier)
+
+    def places():
+        with as_rendered(scene) as depsgraph:
+            return [[tuple(vertex.co) for vertex in one.mesh.vertices] for one in shown(scene, depsgraph)]
+
+    outside = places()
+    bpy.ops.object.mode_set(mode="EDIT")
+    assert places() == outside and len(outside[0]) >= 8
+    assert not modifier or bpy.context.object.modifiers[0].show_in_editmode == (modifier == "SUBSURF")
+    bpy.ops.object.mode_set(mode="OBJECT")

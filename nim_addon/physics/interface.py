@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .dispersion import REPRESENTATIVE_NM
-from .media import OPAQUE, TRANSPARENT, Medium
+from .limits import Limit, limits
+from .media import TRANSPARENT, Medium
 
 
 class Fresnel(NamedTuple):
@@ -182,7 +183,12 @@ class Interface:
 
         wavelength_nm: in vacuum, nanometres; ValueError where a medium is not known
         """
-        return tuple(_limits(self, wavelength_nm))
+        return tuple(limit.sentence for limit in self.limits_told(wavelength_nm))
+
+    def limits_told(self, wavelength_nm: float = REPRESENTATIVE_NM) -> tuple[Limit, ...]:
+        """The same as templates and what fills them in, for another language."""
+        critical = self.at(wavelength_nm).critical_angle()
+        return tuple(limits(self.inside, self.outside, critical, wavelength_nm))
 
     def theta_t(self, theta_i: ArrayLike) -> NDArray:
         """Signed angle of transmission, radians, for light from outside at `theta_i` (...) in [0, pi/2] (thesis 2.3).
@@ -227,33 +233,6 @@ class Interface:
         if above == 0 or below == 0 or not 0 < above / below < 1:
             return None
         return math.asin(math.sqrt(above / below))
-
-
-def _limits(interface: Interface, wavelength_nm: float):
-    there = interface.at(wavelength_nm)
-    inside, outside = there.inside, there.outside
-    at = f" at {wavelength_nm:g} nm"
-    if inside.is_single_negative:
-        yield (
-            f"{interface.inside} has an epsilon and a mu of different sign{at if interface.inside.dispersion else ''}: it "
-            "reflects everything, at every angle."
-        )
-    elif inside.k > OPAQUE:
-        micrometres = inside.absorption_length(wavelength_nm) * 1e6
-        yield (
-            f"{interface.inside} absorbs what enters within {micrometres:.2g} micrometres{at} (k > {OPAQUE:g}): it is a "
-            "mirror for all that one can see, and nothing is seen through it."
-        )
-    elif inside.k > TRANSPARENT and (critical := there.critical_angle()) is not None:
-        yield (
-            f"From {math.degrees(critical):.1f} degrees on no ray goes on in {interface.inside}{at} (|sin| > |Re n|): what "
-            "is not reflected is absorbed."
-        )
-    if max(outside.k, outside.mu_imag) > TRANSPARENT:
-        yield (
-            f"Light that starts in {interface.outside}, which absorbs, has no unique split between reflected and "
-            "transmitted: T = 1 - R is taken."
-        )
 
 
 def povray_reflectance(n_i: ArrayLike, n_t: ArrayLike, cos_i: ArrayLike) -> NDArray:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from nim_addon.physics import MEDIA, Interface, Medium
 from nim_addon.physics.dispersion import refractive_index
-from nim_addon.physics.interface import OPAQUE, TRANSPARENT
+from nim_addon.physics.media import OPAQUE, TRANSPARENT
 from nim_addon.physics.rays import Fate, Plane, Shapes, trace
 
 EPS = np.finfo(float).eps

@@ -8,7 +8,7 @@ from ..cycles.animation import curves_of
 from ..cycles.closures import INTERFACE
 from ..cycles.material import interface_nodes, osl_available, switch_backend
 from . import curve, warnings
-from .material_values import active_node, complaints, interface_shown, note, sockets_of
+from .material_values import active_node, complaints, interface_shown, note, sockets_of, wavelength_of
 from .media import SIDES, backend_for
 from .panels import Sidebar, draw_sentence
 from .readings import readings, summary
@@ -57,11 +57,16 @@ def draw_media(layout: bpy.types.UILayout, context: bpy.types.Context, material:
 
 
 def draw_summary(layout: bpy.types.UILayout, context: bpy.types.Context, material: bpy.types.Material) -> None:
-    """Draw in two sentences what the media of a material's interface node do to light."""
+    """Draw in some sentences what the media of a material's interface node do to light."""
     interface = interface_shown(active_node(material))
     if interface:
         column = layout.column()
-        for sentence in summary(interface):
+        try:
+            sentences = summary(interface, wavelength_of(context.scene))
+        except ValueError as error:  # a medium that is not known at that wavelength
+            draw_sentence(column, context, str(error), icon="ERROR")
+            return
+        for sentence in sentences:
             draw_sentence(column, context, sentence)
 
 
@@ -75,19 +80,24 @@ def draw_readings(layout: bpy.types.UILayout, context: bpy.types.Context, materi
         text = pgettext_iface("The node tree decides n or mu, point by point: there is no one curve to show.")
         draw_sentence(layout, context, text, icon="INFO")
         return
+    box = layout.box()
+    shown = _shown(box, context.scene, interface)
+    try:
+        lines = readings(interface, shown.wavelength)
+    except ValueError:  # which draw_summary() says
+        return
     scale = context.preferences.system.ui_scale
     wide = context.region is not None and context.region.width > WIDE * scale
-    box = layout.box()
     if wide:
         split = box.split(factor=min(0.6, (CURVE_UNITS + 0.5) * 20 * scale / context.region.width))
         left, right = split.column(), split.column(align=True)
     else:
         left = right = box.column(align=True)
     side = int(CURVE_UNITS * (round(18 * scale) + 2 * context.preferences.system.pixel_size))
-    left.template_icon(curve.icon(interface, side, scale), scale=CURVE_UNITS)
+    left.template_icon(curve.icon(shown, side, scale), scale=CURVE_UNITS)
     if not wide:
         right.separator()
-    for label, value in readings(interface):
+    for label, value in lines:
         if wide:
             line = right.column(align=True)
             line.scale_y = 0.8
@@ -95,9 +105,24 @@ def draw_readings(layout: bpy.types.UILayout, context: bpy.types.Context, materi
             line.label(text=value, icon="BLANK1", translate=False)
         else:
             draw_sentence(right, context, f"{label}: {value}")
-    draw_sentence(
-        box, context, pgettext_iface("R over the angle of incidence. Solid: from outside; dashed: from inside.")
-    )
+    if shown.by_wavelength:
+        text = pgettext_iface("Over the wavelength in nm: R at normal incidence, left; n and k, right.")
+    else:
+        text = pgettext_iface("R over the angle of incidence. Solid: from outside; dashed: from inside.")
+    draw_sentence(box, context, text)
+
+
+def _shown(layout, scene, interface):
+    """The curve.Shown of an interface; what a person can choose of it is drawn, as far as the media leave a choice."""
+    settings, wavelength = scene.nim_curve, wavelength_of(scene)
+    if interface.inside.is_real and interface.outside.is_real:
+        return curve.Shown(interface)
+    by_wavelength = False
+    if interface.inside.dispersion or interface.outside.dispersion:
+        layout.row().prop(settings, "over", expand=True)
+        by_wavelength = settings.over == "WAVELENGTH"
+    layout.prop(settings, "wavelength")
+    return curve.Shown(interface, wavelength, by_wavelength)
 
 
 def draw_backend(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:

@@ -8,7 +8,7 @@ import bpy
 from bpy.app.translations import pgettext_iface
 
 from ..cycles.material import interface_nodes, interface_of, number_of
-from ..physics import MEDIA, Interface, Medium
+from ..physics import MEDIA, REPRESENTATIVE_NM, VISIBLE_NM, Interface, Medium
 from ..physics.media import LEAST_MAGNITUDE, MOST_MAGNITUDE
 from .media import MEDIUM_ITEMS, MEDIUM_NUMBERS, MOST_MU, MOST_N, number, plain
 from .translations import OWN
@@ -170,10 +170,43 @@ class NIM_PG_material(bpy.types.PropertyGroup):
     mu_outside: _permeability("outside")
 
 
+class NIM_PG_curve(bpy.types.PropertyGroup):
+    """What the curve of a material shows of media that absorb or disperse."""
+
+    over: bpy.props.EnumProperty(
+        name="Over",
+        description="What the curve runs over",
+        items=(
+            ("ANGLE", "Angle", "R over the angle of incidence, at one wavelength", "NONE", 0),
+            ("WAVELENGTH", "Wavelength", "n, k and R at normal incidence over the wavelength", "NONE", 1),
+        ),
+        translation_context=OWN,
+    )
+    wavelength: bpy.props.FloatProperty(
+        name="Wavelength (nm)",
+        description="The wavelength in vacuum, in nanometres, that the numbers and the curve are of",
+        default=REPRESENTATIVE_NM,
+        min=VISIBLE_NM[0],
+        max=VISIBLE_NM[1],
+        step=1000,
+        precision=1,
+    )
+
+
+def wavelength_of(scene: bpy.types.Scene) -> float:
+    """The wavelength in vacuum, nanometres, that the panels show numbers of."""
+    return plain(scene.nim_curve.wavelength)
+
+
 @functools.lru_cache(maxsize=64)
 def _interface(values):
-    """The Interface of ((n, mu) inside, (n, mu) outside), the same object each time."""
-    return Interface(*(Medium(n, mu) for n, mu in values))
+    """The Interface of (n, mu, dispersion) inside and outside, the same object each time; None where there is none."""
+    try:
+        return Interface(
+            *(Medium.dispersive(dispersion) if dispersion else Medium(n, mu) for n, mu, dispersion in values)
+        )
+    except ValueError:
+        return None
 
 
 def interface_shown(node: bpy.types.Node) -> Interface | None:
@@ -181,20 +214,30 @@ def interface_shown(node: bpy.types.Node) -> Interface | None:
     interface = interface_of(node)
     if interface is None:
         return None
-    return _interface(tuple((plain(medium.n), plain(medium.mu)) for medium in (interface.inside, interface.outside)))
+    media = interface.inside, interface.outside
+    return _interface(tuple((_plain(medium.index), _plain(medium.permeability), medium.dispersion) for medium in media))
 
 
-CLASSES = (NIM_PG_material,)
+def _plain(value):
+    """plain() of both parts of a number, which is a complex one only where it has two."""
+    return complex(plain(value.real), plain(value.imag)) if value.imag else plain(value.real)
+
+
+CLASSES = (NIM_PG_material, NIM_PG_curve)
 
 
 def register():
-    """Give each material its NIM_PG_material."""
+    """Give each material its NIM_PG_material, and each scene its NIM_PG_curve."""
     bpy.types.Material.nim = bpy.props.PointerProperty(
         type=NIM_PG_material, name="Negative Index", description="The media of the material's interface node"
+    )
+    bpy.types.Scene.nim_curve = bpy.props.PointerProperty(
+        type=NIM_PG_curve, name="NIM Curve", description="What the curve of a material shows"
     )
 
 
 def unregister():
-    """Take it back."""
+    """Take them back."""
+    del bpy.types.Scene.nim_curve
     del bpy.types.Material.nim
     _notes.clear()

@@ -239,6 +239,28 @@ def test_readings():
     )
 
 
+def test_readings_of_media_with_loss_are_of_a_wavelength():
+    from nim_addon.ui.readings import length_text, readings, summary
+
+    of = dict(readings(Interface(Medium.parse("n=-1.33+0.01j"))))
+    assert of["Inside at 550 nm"] == "n = -1.33, k = 0.01" and of["Absorption length"] == "4.38 µm"
+    assert of["Bends backwards"] == "yes" and of["Brewster angle, p"] == "none"
+    # 48.8 degrees, of which the limits speak: nothing there is reflected as a whole
+    assert of["Critical angle"] == "none"
+    gold = Interface(Medium.parse("gold"))
+    blue, red = (dict(readings(gold, nm)) for nm in (450, 700))
+    assert blue["R at normal incidence"] != red["R at normal incidence"] == "97.1 %"
+    (said,) = summary(gold, 700)
+    assert said == gold.limits(700)[0] and "mirror" in said
+    assert summary(Interface(Medium.parse("epsilon=-2,mu=1"))) == Interface(Medium.parse("epsilon=-2,mu=1")).limits()
+    clear = Interface(Medium.parse("n=-1.33,length=0.05"))
+    assert dict(readings(clear))["Absorption length"] == "5 cm"
+    assert len(summary(clear)) == 2 and "from inside" in summary(clear)[1]
+    assert "mu = 2 + 0.5 i" in dict(readings(Interface(Medium.parse("n=2+0.5j,mu=2+0.5j"))))["Inside at 550 nm"]
+    lengths = {1234.0: "1.23 km", 1.0: "1 m", 0.9996: "1 m", 0.05: "5 cm", 2e-3: "2 mm", 1e-6: "1 µm", 2e-8: "20 nm"}
+    assert {metres: length_text(metres) for metres in lengths} == lengths
+
+
 def test_a_single_precision_value_reads_as_it_was_typed(material):
     from nim_addon.ui.material_values import active_node, interface_shown
 
@@ -247,19 +269,61 @@ def test_a_single_precision_value_reads_as_it_was_typed(material):
     assert shown.inside == Medium(-1.33) and shown is interface_shown(active_node(material))
 
 
-def test_the_curve_is_the_reflectance(addon):
-    """The white line, read back from the picture, lies where Fresnel says."""
+def row_of(column, color):
+    """Where a curve of that colour crosses a column of pixels (N, 3), in pixels: the middle of its ink upon the ground."""
+    from nim_addon.ui.curve import GROUND
+
+    ink, ground = np.subtract(color, GROUND), np.array(GROUND)
+    share = (column - ground) @ ink / (ink @ ink)
+    share[np.max(np.abs(column - ground - share[:, None] * ink), axis=1) > 0.02] = 0
+    share[share < 0.55] = 0  # the grid, and the grey curve
+    return np.average(np.arange(len(column)), weights=share)
+
+
+@pytest.mark.parametrize("inside, nm", (("-1.5", 550), ("n=-1.33+0.3j", 550), ("gold", 450), ("gold", 700)))
+def test_the_curves_are_the_reflectances(addon, inside, nm):
+    """The lines, read back from the picture, lie where Fresnel says, at the wavelength."""
     from nim_addon.ui import curve
 
-    interface, size = Interface(Medium(-1.5)), 200
-    image = curve.picture(interface, size)
+    interface, size = Interface(Medium.parse(inside)), 600
+    image = curve.picture(curve.Shown(interface, nm), size)
     left, right, bottom, top = 24, size - 8, 16, size - 18
-    for degrees in (20, 60, 75):
+    for degrees in (50, 62, 75):  # nearer to 0 the curves lie upon each other
         column = round(left + degrees / 90 * (right - left))
         angle = math.radians((column - left) / (right - left) * 90)
-        white = np.min(image[bottom : top + 1, column, :3], axis=1)
-        row = np.sum(np.arange(len(white)) * (white > 0.6)) / np.sum(white > 0.6)
-        assert row / (top - bottom) == pytest.approx(float(interface.fresnel(math.cos(angle)).R), abs=0.02)
+        pixels = image[bottom : top + 1, column, :3]
+        powers = interface.at(nm).fresnel(math.cos(angle))
+        for power, color in ((powers.R, curve.R_COLOR), (powers.R_s, curve.S_COLOR), (powers.R_p, curve.P_COLOR)):
+            assert row_of(pixels, color) / (top - bottom) == pytest.approx(float(power), abs=0.012)
+
+
+def test_over_the_wavelength_are_n_and_k_and_r(addon):
+    from nim_addon.ui import curve
+
+    interface, size = Interface(Medium.parse("gold")), 400
+    image = curve.picture(curve.Shown(interface, by_wavelength=True), size)
+    nm, n, k, R = curve.spectrum(interface)
+    # five is what holds both k and n; three letters of its middle make room on the right
+    left, right, bottom, top = 24, size - 8 - 15, 16, size - 18
+    for wavelength in (530, 600, 660):  # where no curve hides another
+        column = round(left + (wavelength - 380) / 350 * (right - left))
+        there = interface.at(380 + (column - left) / (right - left) * 350)
+        pixels = image[bottom : top + 1, column, :3]
+        for value, color in ((there.inside.n / 5, curve.N_COLOR), (there.inside.k / 5, curve.K_COLOR)):
+            assert row_of(pixels, color) / (top - bottom) == pytest.approx(value, abs=0.012)
+        assert row_of(pixels, curve.R_COLOR) / (top - bottom) == pytest.approx(float(there.fresnel(1).R), abs=0.012)
+
+
+def test_the_spectrum_is_of_the_wavelengths_that_are_known(addon):
+    from nim_addon.ui import curve
+
+    narrow = Interface(Medium.parse("n=table(450 1.5 650 1.6)"))
+    nm, n, k, R = curve.spectrum(narrow)
+    assert nm[0] == 450 and nm[-1] == 650 and n == pytest.approx(np.interp(nm, (450, 650), (1.5, 1.6)))
+    assert curve.spectrum(narrow.reversed())[1] == pytest.approx(n), "of the medium that disperses"
+    curve.picture(curve.Shown(narrow, by_wavelength=True), 100)
+    with pytest.raises(ValueError, match="does not cover 400 nm"):
+        curve.picture(curve.Shown(narrow, 400.0), 100)
 
 
 def test_the_curve_is_made_once_for_each_interface(addon, monkeypatch):
@@ -269,7 +333,7 @@ def test_the_curve_is_made_once_for_each_interface(addon, monkeypatch):
     original = curve.picture
     monkeypatch.setattr(curve, "picture", lambda *given: pictures.append(given) or original(*given))
     for n in (-1.5, -1.5, -1.6, -1.5):
-        curve.icon(Interface(Medium(n)), 100)
+        curve.icon(curve.Shown(Interface(Medium(n))), 100)
     assert len(pictures) == 2
 
 
@@ -287,9 +351,10 @@ def test_a_few_icons_are_used_over_and_over(addon, monkeypatch):
         patch.setattr(bpy.utils.previews, "new", lambda: SimpleNamespace(new=new))
         patch.setattr(bpy.utils.previews, "remove", lambda those: None)
         curve.register()
-        shown = [curve.icon(Interface(Medium(n)), 100) for n in range(2, 20)]
+        media = [curve.Shown(Interface(Medium(n))) for n in range(2, 20)]
+        shown = [curve.icon(one, 100) for one in media]
         assert set(shown) == set(range(1, curve.SLOTS + 1)) and len(icons) == curve.SLOTS
-        assert curve.icon(Interface(Medium(19)), 100) == shown[-1] != curve.icon(Interface(Medium(2)), 100)
+        assert curve.icon(media[-1], 100) == shown[-1] != curve.icon(media[0], 100)
         curve.unregister()
     curve.register()
 

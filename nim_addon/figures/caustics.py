@@ -96,7 +96,7 @@ def ground_in_the_sun(
     shapes = Shapes(Sphere(sphere.CENTER, sphere.RADIUS, Interface(parameters.medium)), Plane((0, 0, 0), (0, 0, 1)))
     paths = trace(shapes, aim + 10 * towards, -towards, bounces=30, least=1e-5, most=10**9)
     landed = paths.fate == Fate.LANDED
-    power = sphere.SUN_IRRADIANCE[0] * towards[paths.ray[landed], 2] * paths.energy[landed]
+    power = sphere.SUN_IRRADIANCE[0] * towards[paths.ray[landed], 2] * paths.arriving[landed]
     end = paths.end[landed]
     borders = [np.linspace(middle - reach, middle + reach, cells + 1) for middle in MIDDLE]
     total, _, _ = np.histogram2d(end[:, 1], end[:, 0], borders[::-1], weights=power)

@@ -2,7 +2,8 @@
 """Rays through any number of interfaces: each splits into a reflected and a transmitted branch, until nothing is left.
 
 Rays are straight, media isotropic, light unpolarised at every interface (thesis 4.16). With loss, the surfaces are those of
-complex media; what is absorbed on the way through a medium is left out.
+complex media, and the energy falls along a ray as exp(-4 pi k L / lambda) (Beer and Lambert); what is a mirror for all that
+one can see ends the rays that enter it.
 """
 
 from __future__ import annotations
@@ -15,7 +16,9 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .dispersion import REPRESENTATIVE_NM
 from .interface import Interface, unit
+from .media import OPAQUE
 
 # More segments than this are a mistake in the settings rather than a drawing.
 MOST_SEGMENTS = 100_000
@@ -55,18 +58,21 @@ class Paths(NamedTuple):
     """The S segments of N rays, each after the one it comes from.
 
     start, end: (S, 3)
-    energy:     (S,) share of the ray's energy
+    energy:     (S,) share of the ray's energy, where it starts
+    arriving:   (S,) what is left of that where it ends: the same but in a medium that absorbs
     n:          (S,) refractive index of the medium it runs in, 1 where no interface before or after tells
     depth:      (S,) how many interfaces lie before it
     kind, fate: (S,) values of Kind and Fate
     ray:        (S,) index of the source's ray
     parent:     (S,) index of the segment it comes from, -1 at the source
-    lost:       (N,) energy of the branches that were not followed; with all ends of a ray it makes 1
+    lost:       (N,) energy of the branches that were not followed; with `absorbed` and what arrives at all ends of a ray
+                it makes 1
     """
 
     start: NDArray
     end: NDArray
     energy: NDArray
+    arriving: NDArray
     n: NDArray
     depth: NDArray
     kind: NDArray
@@ -80,15 +86,24 @@ class Paths(NamedTuple):
         """(S, 3) unit vectors the light travels in."""
         return unit(self.end - self.start)
 
+    @property
+    def absorbed(self) -> NDArray:
+        """(N,) energy that media have absorbed on the ways of each ray."""
+        return np.bincount(self.ray, self.energy - self.arriving, len(self.lost))
+
 
 class _Front(NamedTuple):
-    """The segments of one depth before it is known where they end; `cast` is where the search for that begins."""
+    """The segments of one depth before it is known where they end; `cast` is where the search for that begins.
+
+    n, alpha: refractive index and absorption coefficient, per metre, of what they run in, as far as is known
+    """
 
     start: NDArray
     cast: NDArray
     direction: NDArray
     energy: NDArray
     n: NDArray
+    alpha: NDArray
     kind: NDArray
     ray: NDArray
     parent: NDArray
@@ -96,6 +111,29 @@ class _Front(NamedTuple):
     def chosen(self, rows: NDArray) -> _Front:
         """Those of some rows: their indices, or a mask."""
         return _Front(*(column[rows] for column in self))
+
+
+class _Sides(NamedTuple):
+    """An interface at one wavelength, and numbers of what lies on its two sides, inside and outside.
+
+    n, alpha: refractive index, and absorption coefficient per metre; opaque: whether nothing is seen through it
+    """
+
+    interface: Interface
+    n: tuple[float, float]
+    alpha: tuple[float, float]
+    opaque: tuple[bool, bool]
+
+    @classmethod
+    def of(cls, interface: Interface, wavelength_nm: float) -> _Sides:
+        there = interface.at(wavelength_nm)
+        inside, outside = there.inside, there.outside
+        return cls(
+            there,
+            (inside.n, outside.n),
+            (inside.absorption(wavelength_nm), outside.absorption(wavelength_nm)),
+            (inside.k > OPAQUE, outside.k > OPAQUE),
+        )
 
 
 class Surfaces(Protocol):
@@ -123,6 +161,7 @@ def trace(
     reach: float = 1.0,
     gap: float = 1e-9,
     most: int = MOST_SEGMENTS,
+    wavelength_nm: float = REPRESENTATIVE_NM,
 ) -> Paths:
     """Follow rays through interfaces.
 
@@ -133,7 +172,8 @@ def trace(
     reach:      length that is given to a segment which meets nothing
     gap:        how far off a surface the search starts as a ray leaves it; more than the rounding of `hit`
     most:       ValueError where the rays split into more segments
-    Raises ValueError for a direction that is zero or not finite, and for numbers out of their ranges.
+    wavelength_nm: in vacuum, nanometres; where media absorb, lengths are metres
+    Raises ValueError for a direction that is zero or not finite, numbers out of range, a medium not known at that wavelength.
     """
     if not bounces >= 0 or not 0 <= least < 1 or not reach > 0 or not gap >= 0:
         raise ValueError("bounces and gap must be 0 or more, least in [0, 1) and reach above 0.")
@@ -141,18 +181,21 @@ def trace(
         np.atleast_2d(np.asarray(origins, float)), np.atleast_2d(unit(directions))
     )
     count = len(origins)
-    sources = np.full(count, -1)
-    front = _Front(origins, origins, directions, np.ones(count), np.ones(count), sources + 1, np.arange(count), sources)
+    interfaces = [one and _Sides.of(one, wavelength_nm) for one in surfaces.interfaces]
+    sources, ones = np.full(count, -1), np.ones(count)
+    front = _Front(origins, origins, directions, ones, ones, 0 * ones, sources + 1, np.arange(count), sources)
     lost = np.zeros(count)
     levels, total = [], 0
     for depth in range(bounces + 1):
         hit = surfaces.hit(front.cast, front.direction)
         end, fate = _ends(front, hit, reach, depth == bounces)
-        n, children = _cross(surfaces.interfaces, front, hit, end, depth == bounces, total, gap)
-        levels.append(
-            (front.start, end, front.energy, n, np.full(len(n), depth), front.kind, fate, front.ray, front.parent)
-        )
-        total += len(n)
+        crossings = _crossings(interfaces, front, hit)
+        front = _known(front, crossings)
+        arriving = front.energy * np.exp(-front.alpha * np.linalg.norm(end - front.start, axis=1))
+        ways = front.start, end, front.energy, arriving, front.n
+        levels.append((*ways, np.full(len(end), depth), front.kind, fate, front.ray, front.parent))
+        children = [] if depth == bounces else _cross(front, crossings, hit.normal, end, arriving, total, gap)
+        total += len(end)
         if not children:
             break
         front = _Front(*(np.concatenate(columns) for columns in zip(*children, strict=True)))
@@ -180,31 +223,54 @@ def _ends(front: _Front, hit: Hit, reach: float, is_last: bool) -> tuple[NDArray
     return end, np.select([~met, hit.which < 0], [Fate.ESCAPED, Fate.LANDED], at_interface)
 
 
+class _Crossing(NamedTuple):
+    """Which rows (K,) of a front meet an interface, and whether they do from inside, (K,)."""
+
+    sides: _Sides
+    rows: NDArray
+    from_inside: NDArray
+
+
+def _crossings(interfaces: Sequence[_Sides | None], front: _Front, hit: Hit) -> list[_Crossing]:
+    """One for each interface that is met."""
+    crossed, found = np.isfinite(hit.distance) & (hit.which >= 0), []
+    for which in np.unique(hit.which[crossed]):
+        sides = interfaces[which]
+        assert sides is not None  # by Hit.which
+        rows = np.flatnonzero(crossed & (hit.which == which))
+        found.append(_Crossing(sides, rows, np.sum(front.direction[rows] * hit.normal[rows], axis=1) > 0))
+    return found
+
+
+def _known(front: _Front, crossings: list[_Crossing]) -> _Front:
+    """The front with what its segments turn out to run in."""
+    # an interface knows the medium a ray comes from; where there is none, the one it was last seen in
+    n, alpha = front.n.copy(), front.alpha.copy()
+    for sides, rows, from_inside in crossings:
+        n[rows] = np.where(from_inside, *sides.n)
+        alpha[rows] = np.where(from_inside, *sides.alpha)
+    return front._replace(n=n, alpha=alpha)
+
+
 def _cross(
-    interfaces: Sequence[Interface | None],
     front: _Front,
-    hit: Hit,
+    crossings: list[_Crossing],
+    normal: NDArray,
     end: NDArray,
-    is_last: bool,
+    arriving: NDArray,
     total: int,
     gap: float,
-) -> tuple[NDArray, list[_Front]]:
-    """The index (N,) that segments turn out to run in, and the _Fronts that come of them.
+) -> list[_Front]:
+    """The _Fronts that come of one.
 
-    total: how many segments lie before the first of these
+    normal, end, arriving: (N, 3), (N, 3) and (N,) of its segments: normals and places where they end, and energies there
+    total: how many segments lie before the first of them
     """
-    # an interface knows the medium a ray comes from; where there is none, the one it was last seen in
-    n, children = front.n.copy(), []
-    crossed = np.isfinite(hit.distance) & (hit.which >= 0)
-    for which in np.unique(hit.which[crossed]):
-        interface = interfaces[which]
-        assert interface is not None  # by Hit.which
-        rows = np.flatnonzero(crossed & (hit.which == which))
-        from_inside = np.sum(front.direction[rows] * hit.normal[rows], axis=1) > 0
-        n[rows] = np.where(from_inside, interface.inside.n, interface.outside.n)
-        if not is_last:
-            children += _split(interface, front.chosen(rows), end[rows], hit.normal[rows], rows + total, gap)
-    return n, children
+    children = []
+    for sides, rows, _ in crossings:
+        chosen = front.chosen(rows)._replace(energy=arriving[rows])
+        children += _split(sides, chosen, end[rows], normal[rows], rows + total, gap)
+    return children
 
 
 def _followed(front: _Front, least: float, branches: bool) -> NDArray:
@@ -219,28 +285,27 @@ def _followed(front: _Front, least: float, branches: bool) -> NDArray:
     return followed
 
 
-def _split(
-    interface: Interface, front: _Front, point: NDArray, normal: NDArray, parent: NDArray, gap: float
-) -> list[_Front]:
-    """The reflected and the transmitted _Front of rays that meet `interface` at `point` (N, 3)."""
-    d = front.direction
+def _split(sides: _Sides, front: _Front, point: NDArray, normal: NDArray, parent: NDArray, gap: float) -> list[_Front]:
+    """The reflected and the transmitted _Front of rays that meet an interface at `point` (N, 3)."""
+    d, interface = front.direction, sides.interface
     along = np.sum(d * normal, axis=1)
     from_inside = along > 0
     cos_i = np.minimum(np.abs(along), 1.0)
     R = np.where(from_inside, interface.reversed().fresnel(cos_i).R, interface.fresnel(cos_i).R)
     mirrored = unit(d - 2 * along[:, None] * normal)
     refracted = interface.refract(d, normal)
+    if any(sides.opaque):
+        refracted = np.where(np.where(from_inside, *sides.opaque[::-1])[:, None], np.nan, refracted)
     passes = np.isfinite(refracted).all(axis=1)
     if not interface.is_complex:  # with loss, what is neither reflected nor goes on is absorbed at once
         R = np.where(passes, R, 1.0)
     away = np.where(from_inside, -gap, gap)[:, None] * normal  # back to the side the rays came from
-    n = interface.outside.n, interface.inside.n
-    ahead = np.where(from_inside, *n)
-    behind = np.where(from_inside, *reversed(n))
+    behind = [np.where(from_inside, *pair) for pair in (sides.n, sides.alpha)]
+    ahead = [np.where(from_inside, *pair[::-1]) for pair in (sides.n, sides.alpha)]
     kinds = np.full_like(parent, Kind.REFLECTED), np.full_like(parent, Kind.TRANSMITTED)
     return [
-        _Front(point, point + away, mirrored, front.energy * R, behind, kinds[0], front.ray, parent),
-        _Front(point, point - away, refracted, front.energy * (1 - R), ahead, kinds[1], front.ray, parent),
+        _Front(point, point + away, mirrored, front.energy * R, *behind, kinds[0], front.ray, parent),
+        _Front(point, point - away, refracted, front.energy * (1 - R), *ahead, kinds[1], front.ray, parent),
     ]
 
 

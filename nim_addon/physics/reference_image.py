@@ -9,6 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .dispersion import REPRESENTATIVE_NM
 from .rays import Fate, Surfaces, trace
 
 Radiance = Callable[[NDArray, NDArray, NDArray], NDArray]
@@ -37,6 +38,7 @@ def picture(
     least: float = 1e-5,
     branches: bool = True,
     batch: int = 50_000,
+    wavelength_nm: float = REPRESENTATIVE_NM,
 ) -> NDArray:
     """What an eye sees along some rays.
 
@@ -46,15 +48,25 @@ def picture(
     eye:        (3,); directions: (N, 3), of any length but zero
     bounces, least, branches: as trace() takes them; what is not followed comes back as missing light
     batch:      how many rays are followed at once
+    wavelength_nm: as trace() takes it
     Returns (N, C).
     """
     parts = []
     for start in range(0, len(directions), batch):
         rays = directions[start : start + batch]
-        paths = trace(surfaces, eye, rays, bounces=bounces, least=least, branches=branches, most=10**9)
-        ends = (paths.fate == Fate.LANDED) | (paths.fate == Fate.ESCAPED)
+        paths = trace(
+            *(surfaces, eye, rays),
+            bounces=bounces,
+            least=least,
+            branches=branches,
+            most=10**9,
+            wavelength_nm=wavelength_nm,
+        )
+        # what comes from infinitely far away through a medium that absorbs does not arrive
+        gone = (paths.fate == Fate.ESCAPED) & (paths.arriving == paths.energy)
+        ends = (paths.fate == Fate.LANDED) | gone
         light = radiance(paths.end[ends], paths.direction[ends], paths.fate[ends] == Fate.LANDED)
-        share = paths.energy[ends, None] * light
+        share = paths.arriving[ends, None] * light
         ray = paths.ray[ends]
         parts.append(np.stack([np.bincount(ray, channel, len(rays)) for channel in share.T], axis=-1))
     return np.concatenate(parts)

@@ -13,7 +13,8 @@ COLLECTION = "NIM Light Paths"
 
 # Linear colours: light arrives yellow, is reflected blue, and goes on orange.
 COLORS = {Kind.INCIDENT: (1.0, 0.80, 0.25), Kind.REFLECTED: (0.10, 0.60, 1.0), Kind.TRANSMITTED: (1.0, 0.20, 0.02)}
-# Thickness goes with this power of the energy: a branch of one per cent is still seen, a third as thick.
+# Thickness goes with this power of the energy: a branch of one per cent is still seen, a third as thick. In what absorbs
+# it tapers from the energy at its start to what arrives.
 THINNING = 0.25
 
 
@@ -25,7 +26,7 @@ def draw(scene: bpy.types.Scene, source: str, paths: Paths, thickness: float, th
         collection = bpy.data.collections.new(COLLECTION)
         collection[PATHS_MARK] = True
         scene.collection.children.link(collection)
-    radius = np.repeat((paths.energy**THINNING).astype(np.float32)[:, None], 2, axis=1)
+    radius = (np.stack([paths.energy, paths.arriving], axis=1) ** THINNING).astype(np.float32)
     if source == "camera":
         # pointed at the lens: who looks through the camera would look into tubes, and see nothing else
         radius[paths.depth == 0, 0] = 0

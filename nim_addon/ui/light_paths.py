@@ -148,7 +148,7 @@ def _warning(surfaces, drawn, bounces):
     for paths in drawn.values():
         met = np.isin(paths.fate, (Fate.SPLIT, Fate.STOPPED)) & (paths.depth == 0)
         total += met.sum()
-        stopped += paths.energy[paths.fate == Fate.STOPPED].sum()
+        stopped += paths.arriving[paths.fate == Fate.STOPPED].sum()
         lost += paths.lost.sum()
     if not total and all((paths.fate == Fate.LANDED).all() for paths in drawn.values()):
         return pgettext_rpt("All rays end at an opaque object before they meet an interface; move it, or the source")

@@ -49,6 +49,23 @@ def test_a_ray_through_a_plane_lands_where_snell_says(scene, press, n):
         assert got[0] ** (1 / light_curves.THINNING) == pytest.approx(energy, abs=1e-5)
 
 
+def test_in_what_absorbs_a_path_tapers(scene):
+    ball = Shapes(Sphere((0, 0, 0), 1, Interface(Medium.parse("n=-1.5,length=2"))))
+    paths = trace(ball, (0, 0.3, 5), (0, 0, -1), bounces=2)
+    light_curves.draw(scene, "cursor", paths, 0.01, False)
+    radii = [
+        [point.radius for point in spline.points]
+        for kind in Kind
+        for obj in bpy.data.objects
+        if obj.get(PATHS_MARK) and obj.name.startswith(kind.name.capitalize())
+        for spline in obj.data.splines
+    ]
+    order = np.argsort(paths.kind, kind="stable")
+    wanted = np.stack([paths.energy, paths.arriving], -1)[order] ** light_curves.THINNING
+    np.testing.assert_allclose(radii, wanted, rtol=1e-6)
+    assert (wanted[:, 1] < 0.9 * wanted[:, 0]).sum() == 2  # the way there within, and back
+
+
 @pytest.mark.parametrize("n", [-1.5, 1.5])
 def test_a_beam_through_a_moved_and_mirrored_ball_is_the_analytic_one(scene, press, n):
     scene.cursor.location = (-1, 2, 3)

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-_TABLE = Path(__file__).parent / "data" / "cie-1931.csv"
+_DATA = Path(__file__).parent / "data"
 # x, y of red, green and blue, and of white
 _PRIMARIES = ((0.64, 0.33), (0.30, 0.60), (0.15, 0.06))
 _WHITE = (0.3127, 0.3290)
@@ -43,7 +43,7 @@ def xyz_to_srgb(xyz: ArrayLike) -> NDArray:
 @functools.cache
 def _observer() -> tuple[NDArray, NDArray, NDArray]:
     """Wavelengths (N,), nm, colour-matching functions (N, 3), D65 (N,)."""
-    rows = np.loadtxt(_TABLE, delimiter=",")
+    rows = np.loadtxt(_DATA / "cie-1931.csv", delimiter=",")
     return rows[:, 0], rows[:, 1:4], rows[:, 4]
 
 
@@ -132,16 +132,50 @@ class Wavelengths:
         return (shares / self.densities**2) @ squares
 
 
-def weights_of(wavelengths_nm: ArrayLike) -> NDArray:
-    """Weights (N, 3) of N renders of one wavelength each, (N,), whose mean is the picture: scaled to a mean of (1, 1, 1).
+def spans_of(wavelengths_nm: ArrayLike) -> NDArray:
+    """How many nanometres (N,) each of N wavelengths, rising, stands for: half of the way to either neighbour.
 
-    Raises ValueError where the wavelengths, too few or all in one place, leave a channel without a positive mean.
+    At the ends as far out as in; of a single one 1.
     """
-    w = _interpolated(wavelengths_nm, *weights())
+    steps = np.diff(np.atleast_1d(np.asarray(wavelengths_nm, float)))
+    return (np.append(steps[:1], steps) + np.append(steps, steps[-1:])) / 2 if len(steps) else np.ones(1)
+
+
+def weights_of(wavelengths_nm: ArrayLike) -> NDArray:
+    """Weights (N, 3) of N renders of one wavelength each, (N,), rising, whose mean is the picture: scaled to a mean of (1, 1, 1).
+
+    Each stands for the wavelengths nearer to it than to the others. Raises ValueError where the wavelengths, too few or all
+    in one place, leave a channel without a positive mean.
+    """
+    w = _interpolated(wavelengths_nm, *weights()) * spans_of(wavelengths_nm)[:, None]
     mean = w.mean(axis=0)
     if not (mean > 0).all():
         raise ValueError("these wavelengths make no white together; take more, over 400 to 700 nm.")
     return w / mean
+
+
+@functools.cache
+def _primaries() -> tuple[NDArray, NDArray]:
+    """Wavelengths (N,), nm, and the spectra (N, 3) of red, green and blue."""
+    rows = np.loadtxt(_DATA / "srgb-basis.csv", delimiter=",")
+    return rows[:, 0], rows[:, 1:]
+
+
+def shares_of(wavelength_nm: ArrayLike) -> NDArray:
+    """How much red, green and blue (..., 3) make of the light of wavelengths (...), nm, beside white's: they sum to 1.
+
+    A colour r, g, b of linear sRGB is the spectrum r s_r + g s_g + b s_b under daylight, grey the same everywhere (Mallett
+    and Yuksel 2019, Spectral Primary Decomposition for Rendering with sRGB Reflectance); 0 outside VISIBLE_NM.
+    """
+    return _interpolated(wavelength_nm, *_primaries())
+
+
+def daylight(wavelength_nm: ArrayLike) -> NDArray:
+    """White, D65, at wavelengths (...), nm: per nm, and of luminance 1, which is its integral with y; 0 outside VISIBLE_NM."""
+    places, matching, power = _observer()
+    seen = matching[:, 1] * power
+    luminance = np.diff(places) @ (seen[1:] + seen[:-1]) / 2
+    return np.interp(np.asarray(wavelength_nm, float), places, power, 0, 0) / luminance
 
 
 def into_gamut(rgb: ArrayLike) -> NDArray:

@@ -11,7 +11,7 @@ from nim_addon import command
 from nim_addon.command import blender
 from nim_addon.cycles.closures import backends
 from nim_addon.cycles.images import read_metadata
-from nim_addon.renders import request
+from nim_addon.renders import session
 
 SMALL = ("--size", "32x24", "--samples", "4")
 
@@ -123,7 +123,7 @@ def test_a_blender_without_osl_renders_with_its_own_nodes(capsys, monkeypatch, t
 
 
 def test_a_blender_without_a_denoiser_is_told_so(capsys, monkeypatch, tmp_path):
-    monkeypatch.setattr(request, "can_denoise", lambda: False)
+    monkeypatch.setattr(session, "can_denoise", lambda: False)
     assert command.main(["render", "sphere", *SMALL, "--denoise", "--out", str(tmp_path / "new")]) == 1
     assert "without OpenImageDenoise" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())

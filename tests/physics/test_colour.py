@@ -118,3 +118,32 @@ def test_encoded_is_the_curve_of_srgb():
     np.testing.assert_allclose(
         colour.encoded([-1, 0, 0.0031308, 0.2140411, 1, 2]), [0, 0, 0.04045, 0.5, 1, 1], atol=1e-5
     )
+
+
+def test_a_wavelength_stands_for_what_is_nearest_to_it():
+    np.testing.assert_allclose(colour.spans_of([400, 410, 440, 450]), (10, 20, 20, 10))
+    np.testing.assert_allclose(colour.spans_of([550]), 1)
+    # a third render halfway between two others takes of their weight, and the sum stays
+    twice = np.sort(np.concatenate([np.arange(400, 701, 20.0), [551.0]]))
+    w = colour.weights_of(twice)
+    np.testing.assert_allclose(w.mean(axis=0), 1, atol=1e-14)
+    coarse = colour.weights_of(np.arange(400, 701, 20.0)) / 16
+    near = (twice > 530) & (twice < 570)
+    np.testing.assert_allclose(w[near].sum(axis=0) / len(twice), coarse[7:9].sum(axis=0), atol=0.03)
+
+
+def test_white_of_luminance_1_is_daylight():
+    nm = np.arange(380, 731.0)
+    xyz = colour.daylight(nm) @ colour.colour_matching(nm)
+    np.testing.assert_allclose(xyz[1], 1, rtol=1e-4)
+    np.testing.assert_allclose(colour.xyz_to_srgb(xyz), 1, atol=2e-3)
+    np.testing.assert_array_equal(colour.daylight([300, 800]), 0)
+
+
+def test_a_colour_is_a_spectrum_of_which_it_is_the_colour():
+    """Of Mallett and Yuksel's primaries each comes back, and grey is the same everywhere."""
+    nm = np.arange(380, 730.5, 0.5)
+    np.testing.assert_allclose(colour.shares_of(nm).sum(axis=-1), 1, atol=2e-5)
+    spectra = colour.shares_of(nm) * colour.daylight(nm)[:, None]
+    back = colour.xyz_to_srgb((spectra.T @ colour.colour_matching(nm)) / 2)
+    np.testing.assert_allclose(back, np.eye(3), atol=3e-3)

@@ -17,7 +17,9 @@ from nim_addon.caustics import PHOTONS
 from nim_addon.cycles.images import read_metadata
 from nim_addon.cycles.material import resolve
 from nim_addon.physics import MEDIA, Medium
-from nim_addon.renders import changes, request
+from nim_addon.renders import asked as asked_module
+from nim_addon.renders import changes
+from nim_addon.renders import session as session_module
 from nim_addon.renders.blends import Blend
 from nim_addon.renders.request import NoPhotons, NotTraced, Request, Session
 from nim_addon.scenes import scene_type
@@ -253,7 +255,7 @@ def test_keys_differ_where_pixels_do(monkeypatch):
     assert len({one.key() for one in requests}) == len(requests)
     assert dataclasses.replace(usual, backend="auto").key() in {usual.key(), requests[4].key()}
     before = usual.key()
-    monkeypatch.setattr(request, "VERSION", "9.0")
+    monkeypatch.setattr(asked_module, "VERSION", "9.0")
     assert usual.key() != before
 
 
@@ -267,7 +269,7 @@ def test_what_is_open_is_in_the_key_as_it_is_decided(empty_file, monkeypatch, sk
     recorded = Request.from_record(as_from_a_file(decided.record()))
     assert recorded == decided and len(bpy.data.scenes) == 1
     key = asked.key()
-    monkeypatch.setattr(request.caustics, "best_way", None)  # nobody asks again what is decided
+    monkeypatch.setattr(session_module.caustics, "best_way", None)  # nobody asks again what is decided
     assert recorded.key() == decided.key() == key
 
 
@@ -329,7 +331,7 @@ def test_a_scene_is_built_once_for_several_seeds(tmp_path, empty_file, monkeypat
     built = []
     kind = scene_type("sphere")
     counted = kind._replace(build=lambda *given: built.append(given) or kind.build(*given))
-    monkeypatch.setattr(request, "scene_type", lambda *_, **__: counted)
+    monkeypatch.setattr(session_module, "scene_type", lambda *_, **__: counted)
     with Session(Request.of("sphere", **TINY, caustics="path"), persistent=True) as session:
         records = [session.render(tmp_path, f"s.{seed}", seed=seed).record for seed in (0, 1)]
         assert session.render(tmp_path, "s.1", seed=1).was_there
@@ -376,7 +378,7 @@ def test_a_folder_that_cannot_be_written_is_seen_before_anybody_is_told_how_far_
 
 
 def test_a_blender_without_a_denoiser_is_told_so_before_the_work(tmp_path, empty_file, monkeypatch):
-    monkeypatch.setattr(request, "can_denoise", lambda: False)
+    monkeypatch.setattr(session_module, "can_denoise", lambda: False)
     with pytest.raises(RuntimeError, match="without OpenImageDenoise"):
         Request.of("sphere", denoise=True, **TINY).render(tmp_path / "new")
     assert not (tmp_path / "new").exists()

@@ -1,0 +1,202 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The act of rendering what is asked for: the scene is made, set up, rendered, and gone again."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
+from typing import Generic, NamedTuple, TypeVar
+
+import bpy
+
+from .. import caustics
+from ..base.files import writable_folder
+from ..cycles import render
+from ..cycles.images import record_of
+from ..cycles.material import resolve
+from ..scenes import scene_type
+from ..scenes.stage import aim
+from .asked import OPEN_IN_A_BLEND, Asked, known
+from .changes import change_of
+from .temporary import TemporaryScene
+
+FEW_PHOTONS = 1 << 20  # fewer than these are baked into small textures
+TEXELS = 512, 2048  # edges of the largest texture, of few photons and of many
+
+# From the name of an image and its samples, or from its samples and photons: what render(), or bake(), reports to.
+Showing = Callable[[str, int], AbstractContextManager[Callable[[int, int, float | None], None] | None]]
+Tracing = Callable[[int, int], AbstractContextManager[Callable[[int, int], None] | None]]
+
+
+Kind = TypeVar("Kind", bound=Asked)  # a renders.request.Request, as a rule
+
+
+class NotTraced(ValueError):
+    """Caustics were to be traced in a scene where they cannot be."""
+
+
+class Rendered(NamedTuple):
+    """The two files of a render, linear and as displayed, what made them, and whether they were there already."""
+
+    exr: Path
+    png: Path
+    record: dict
+    was_there: bool
+
+
+class Session(Generic[Kind]):
+    """The act of rendering an Asked, with `with`: its scene is built once, at need, for as many seeds as are rendered.
+
+    persistent: whether Cycles keeps what it made of the scene from one seed to the next
+    """
+
+    def __init__(self, request: Kind, *, persistent: bool = False) -> None:
+        self._asked, self._persistent = request, persistent
+        self._decided: Kind | None = None
+        self._temporary = TemporaryScene(self._set_up)
+
+    def __enter__(self) -> Session:
+        return self
+
+    def __exit__(self, *error) -> None:
+        self._temporary.__exit__(*error)
+
+    @property
+    def request(self) -> Kind:
+        """The request with all decided that it leaves open.
+
+        Raises RuntimeError for a backend, or denoising, that this Blender does not have, NoPhotons for photons where
+        caustics are not traced, and ValueError where the scene cannot be built, or the .blend has changed.
+        """
+        if self._decided is None:
+            request = self._asked
+            if request.denoise and not can_denoise():
+                raise RuntimeError(
+                    "this Blender was built without OpenImageDenoise; leave --denoise out and take more samples."
+                )
+            if request.blend:
+                if any(getattr(request, key) is None for key in OPEN_IN_A_BLEND):
+                    request = _as_in(self._temporary.scene, request)
+            else:
+                request = dataclasses.replace(request, backend=resolve(request.backend))
+                if request.caustics is None:
+                    request = dataclasses.replace(request, caustics=caustics.best_way(self._temporary.scene))
+            self._decided = request
+        return self._decided
+
+    def _set_up(self):
+        """The scene, made as it is asked for, but for its noise and its caustics."""
+        request = self._asked
+        if request.blend:
+            scene = request.blend.append()
+            if request.frame is not None:
+                scene.frame_set(request.frame)
+            request = _as_in(scene, request)
+            if request.caustics == "path":
+                caustics.clear(scene)
+        else:
+            scene = scene_type(known(request.scene), of_figures=True).build(
+                request.parameters, resolve(request.backend)
+            )
+        scene.render.resolution_x, scene.render.resolution_y = known(request.size)
+        scene.render.resolution_percentage = 100
+        scene.cycles.samples = request.samples
+        scene.cycles.use_denoising = request.denoise
+        scene.view_layers[0].cycles.denoising_store_passes = request.denoise and request.keep_noise
+        scene.render.use_persistent_data = self._persistent
+        if request.pose:
+            aim(known(scene.camera), *request.pose)
+        if request.change:
+            change_of(request.change)(scene)
+        return scene
+
+    def render(
+        self,
+        folder: str | Path,
+        name: str,
+        *,
+        seed: int | None = None,
+        keep: bool = True,
+        blend: bool = False,
+        showing: Showing | None = None,
+        tracing: Tracing | None = None,
+    ) -> Rendered:
+        """Render it to NAME.exr and NAME.png, which appear whole or not at all and carry the record.
+
+        folder:  where to; made if missing
+        seed:    in place of the request's
+        keep:    what is there already, whole and made of the same, and no older than a mesh file, is not rendered again
+        blend:   also save NAME.blend there
+        showing: called with the name and the samples; returns a context that gives cycles.render.render()'s progress
+        tracing: called with samples and photons; returns a context that gives caustics.bake()'s progress
+        A bake that was killed goes on where it was, from .NAME.photons in the folder.
+        Raises as `request` and cycles.render.render() do, and NotTraced for a scene whose caustics cannot be traced.
+        """
+        request = self.request if seed is None else dataclasses.replace(self.request, seed=seed)
+        record = request.record()
+        if keep and (exr := _found(folder, name, request, blend)):
+            return Rendered(exr, exr.with_suffix(".png"), record, True)
+        scene = self._temporary.scene
+        # else Blender renders it at the frame of the scene that is shown
+        with bpy.context.temp_override(scene=scene):
+            if request.caustics == "traced":
+                with _said_of_tracing():
+                    caustics.Bake(scene)  # whether it can be is seen before anything is written
+            folder = writable_folder(folder)  # before anybody is told how far it is
+            if request.caustics == "traced":
+                _bake(scene, request, folder / f".{name}.photons", tracing)
+            scene.cycles.seed = request.seed
+            with showing(name, known(request.samples)) if showing else nullcontext() as progress:
+                exr, png = render.render(scene, folder, name, metadata=record, progress=progress, blend=blend)
+        return Rendered(exr, png, record, False)
+
+
+def can_denoise() -> bool:
+    """Whether this Blender has OpenImageDenoise."""
+    import _cycles  # pyright: ignore[reportMissingImports]  it is inside Blender
+
+    return _cycles.with_openimagedenoise
+
+
+def _as_in(scene, request):
+    """The request for the scene of a .blend with all that the file decides."""
+    if scene.render.engine != "CYCLES":
+        raise ValueError(f"the scene {request.blend.scene!r} of {request.blend.file} is not rendered by Cycles.")
+    part = scene.render.resolution_percentage / 100
+    own = {
+        "size": tuple(max(1, round(side * part)) for side in (scene.render.resolution_x, scene.render.resolution_y)),
+        "samples": scene.cycles.samples,
+        "seed": scene.cycles.seed,
+        "denoise": scene.cycles.use_denoising,
+    }
+    return dataclasses.replace(request, **{key: value for key, value in own.items() if getattr(request, key) is None})
+
+
+def _bake(scene, request, file, tracing):
+    """Trace the caustics that are asked for into the scene; `file` keeps what a killed run has traced."""
+    samples, photons = known(request.samples), known(request.photons)
+    texels = request.texels or TEXELS[photons >= FEW_PHOTONS]
+    with tracing(samples, photons) if tracing else nullcontext() as progress, _said_of_tracing():
+        caustics.bake(scene, photons=photons, texels=texels, seed=request.seed, file=file, progress=progress)
+
+
+def _found(folder, name, request, blend):
+    """The EXR of a render that is there, all its files whole and made of the same; None where it is not."""
+    with contextlib.suppress(OSError, RuntimeError):  # there is no such home, as will be said
+        exr = Path(folder).expanduser() / f"{name}.exr"
+        same = record_of(exr) == request.record() and (not blend or exr.with_suffix(".blend").is_file())
+        meshes = request.parameters.mesh_files().values() if request.parameters else ()
+        if same and all(mesh.stat().st_mtime < exr.stat().st_mtime for mesh in meshes):  # recorded by its path alone
+            return exr
+    return None
+
+
+@contextlib.contextmanager
+def _said_of_tracing():
+    try:
+        yield
+    except ValueError as error:
+        raise NotTraced(str(error)) from None

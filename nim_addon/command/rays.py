@@ -18,12 +18,16 @@ def add_to(commands: argparse._SubParsersAction) -> None:
         "Draw where rays go: a sphere, a pool, a slab or a prism, cut through the middle.",
         "examples:\n"
         "  nimray rays sphere --n -1.5 --beam 21 --out sphere.svg\n"
-        "  nimray rays pool --n -1.33 --out pool.svg",
+        "  nimray rays pool --n -1.33 --out pool.svg\n"
+        "  nimray rays prism --spectrum\n"
+        "  nimray rays prism --spectrum --inside nim-causal --out causal.svg",
     )
     number, beam = words.number, words.whole("--beam", 1, 101)
     parser.add_argument("scene", type=str.lower, metavar="SCENE", help="sphere, pool, slab or prism")
     parser.add_argument("--n", type=number("--n"), metavar="N", help="refractive index (what the scene is about)")
     parser.add_argument("--mu", type=number("--mu"), metavar="MU", help="relative permeability (1, or -1 for n < 0)")
+    parser.add_argument("--inside", type=words.medium, metavar="M", help="the medium, in the place of --n and --mu")
+    parser.add_argument("--spectrum", action="store_true", help="white light, drawn by its colours from 400 to 700 nm")
     parser.add_argument("--beam", type=beam, metavar="N", help="how many rays; 1 shows its angles")
     parser.add_argument(
         "--out", type=words.folder, metavar="FILE", help="what to write, .svg, .png or .pdf (SCENE.svg)"
@@ -36,6 +40,16 @@ def run(arguments: argparse.Namespace) -> None:
 
     file = arguments.out or f"{arguments.scene}.svg"
     try:
-        print(diagram(arguments.scene, arguments.n, arguments.mu, arguments.beam, file))
+        print(
+            diagram(
+                arguments.scene,
+                arguments.n,
+                arguments.mu,
+                arguments.beam,
+                file,
+                inside=arguments.inside,
+                spectrum=arguments.spectrum,
+            )
+        )
     except ValueError as error:
         raise UsageError(str(error)) from None

@@ -2,10 +2,14 @@
 """The parts of a ray diagram: lines by their energy, normals, angles, the head and the key. matplotlib draws them."""
 
 import math
+from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 
-from ..physics import MEDIA, Medium
+from ..physics import MEDIA, REPRESENTATIVE_NM, Medium
+from ..physics.colour import encoded, of_wavelength
+from ..physics.media import OPAQUE
 from ..physics.rays import Kind, Paths
 from .diagram_paths import AIR
 from .drawing import BLUE, GREY, INK, ORANGE, matplotlib, number
@@ -16,12 +20,22 @@ _LOOKS = {
     Kind.REFLECTED: (ORANGE, (0, (4.5, 2.0))),
 }
 LABEL = {"fontsize": 8.5, "zorder": 6}
+# Nanometres: those that white light is drawn by, and those of them that the key names.
+SPECTRUM, NAMED = tuple(range(400, 701, 25)), tuple(range(400, 701, 50))
+_BRIGHTEST = 0.42  # linear luminance of a line: a brighter one is lost on white paper
 _LINE, _GAP = 15, 12  # points of one line of the head; pixels between its title and the media
 
 
 def _width(energy, widest):
     """Points of line weight: the area of a round ray would be its energy, so 4 % is still a line."""
     return widest * np.sqrt(energy)
+
+
+def line_colour(wavelength_nm: float) -> tuple:
+    """The colour (3,), as matplotlib takes it, of a line that stands for light of that wavelength, on white paper."""
+    linear = of_wavelength(wavelength_nm)
+    luminance = float(linear @ (0.2126, 0.7152, 0.0722))  # of linear sRGB (ITU-R BT.709)
+    return tuple(encoded(linear * min(1.0, _BRIGHTEST / luminance if luminance else 1.0)).tolist())
 
 
 def tint(medium: Medium) -> tuple:
@@ -32,7 +46,11 @@ def tint(medium: Medium) -> tuple:
 
 
 def _name_of(medium):
-    """A medium as a diagram names it: "glass, n = 1.5", "NIM, n = -1.33, mu = -10"."""
+    """A medium as a diagram names it: "glass, n = 1.5", "NIM, n = -1.33, mu = -10", "n-bk7, n = 1.531 to 1.513"."""
+    if medium.dispersion:
+        name = medium.dispersion.name or ("NIM" if medium.is_nim else "medium")
+        first, last = (number(round(medium.at(end).n, 4)) for end in (SPECTRUM[0], SPECTRUM[-1]))
+        return f"{Path(name).stem}, $n$ = {first} to {last}"
     names = [name for name in ("air", "water", "glass", "diamond") if MEDIA[name] == medium]
     name = "NIM" if medium.is_nim else names[0] if names else "medium"
     mu = "" if abs(medium.mu) == 1 else f", $\\mu$ = {number(medium.mu)}"
@@ -52,11 +70,48 @@ def _within(start, end, ax):
     return first, np.where(outside, -1, last)
 
 
-def draw_paths(ax, paths: Paths, *, widest: float = 1.8, arrows: float = 0.1) -> None:
+def draw_spectrum(ax, trace: Callable[[Medium], Paths], medium: Medium, *, widest: float = 1.8) -> Paths:
+    """Draw what becomes of white light: its rays as they arrive, and from the first surface on each of SPECTRUM in its colour.
+
+    trace: function of the medium at one wavelength that returns the Paths of its light; their rays are the same for all
+    Where no more than one wavelength's light can be, as before all surfaces and outside of the first, it is white light
+    still, and drawn in black. Returns the Paths at the wavelength that stands for the medium.
+    """
+    for wavelength in SPECTRUM:
+        paths = trace(transparent_at(medium, wavelength))
+        white = _is_white(paths)
+        draw_paths(ax, paths, widest=widest, arrows=1.0, colour=line_colour(wavelength), chosen=~white)
+    paths = trace(transparent_at(medium, REPRESENTATIVE_NM))
+    draw_paths(ax, paths, widest=widest, colour=INK, chosen=_is_white(paths))
+    return paths
+
+
+def transparent_at(medium: Medium, wavelength_nm: float) -> Medium:
+    """The real Medium whose rays are those of a medium at a wavelength; ValueError where it lets through none to see."""
+    at = medium.at(wavelength_nm)
+    if at.k > OPAQUE or at.n == 0:
+        raise ValueError(
+            f"{medium} is a mirror at {wavelength_nm:g} nm, for all that one can see, and has no rays within; give a medium "
+            f"of k below {OPAQUE:g}."
+        )
+    return at if at.is_real else Medium(at.n)
+
+
+def _is_white(paths):
+    """Which segments (S,) no surface has sorted by wavelength: those that arrive, and what is mirrored of them at once."""
+    first = paths.parent < 0
+    return first | ((paths.kind == Kind.REFLECTED) & first[paths.parent])
+
+
+def draw_paths(
+    ax, paths: Paths, *, widest: float = 1.8, arrows: float = 0.1, colour: tuple | None = None, chosen=True
+) -> None:
     """Draw physics.rays.Paths on axes whose limits are set, the weight of each line by its energy.
 
     widest: points, of a line with all of its ray's energy
     arrows: the shortest line that carries an arrow, as a share of the view's width
+    colour: of all lines; None: as the key has them
+    chosen: the segments that are drawn, (S,) or all
     """
     library = matplotlib()
     from matplotlib.collections import LineCollection
@@ -67,15 +122,18 @@ def draw_paths(ax, paths: Paths, *, widest: float = 1.8, arrows: float = 0.1) ->
     first, last = _within(start, end, ax)
     step = end - start
     a, b = start + first[:, None] * step, start + last[:, None] * step
-    seen = last > first
+    seen = (last > first) & chosen
     widths = _width(paths.energy, widest)
     with library.rc_context({"lines.scale_dashes": False}):
-        for order, (kind, (colour, dashes)) in enumerate(_LOOKS.items()):
-            chosen = seen & (paths.kind == kind)
-            lines = np.stack([a[chosen], b[chosen]], axis=1)
+        for order, (kind, (usual, dashes)) in enumerate(_LOOKS.items()):
+            these = seen & (paths.kind == kind)
             ax.add_collection(
                 LineCollection(
-                    lines, colors=colour, linewidths=widths[chosen], linestyles=[dashes], zorder=4 - 0.1 * order
+                    np.stack([a[these], b[these]], axis=1),
+                    colors=[colour or usual],
+                    linewidths=widths[these],
+                    linestyles=[dashes],
+                    zorder=4 - 0.1 * order,
                 )
             )
     left, right = ax.get_xlim()
@@ -89,7 +147,7 @@ def draw_paths(ax, paths: Paths, *, widest: float = 1.8, arrows: float = 0.1) ->
             *(a[i] + 0.62 * (b[i] - a[i])),
             marker=marker,
             markersize=2.2 + 2.6 * math.sqrt(widths[i]),
-            color=_LOOKS[Kind(paths.kind[i])][0],
+            color=colour or _LOOKS[Kind(paths.kind[i])][0],
             markeredgewidth=0,
             zorder=4.5,
         )
@@ -169,6 +227,16 @@ def head(ax, title: str, medium: Medium, *more) -> None:
         figure.subplots_adjust(top=figure.subplotpars.top - _LINE / 72 / figure.get_figheight())
 
 
+_KEY = {
+    "loc": "lower center",
+    "ncols": 8,
+    "columnspacing": 1.1,
+    "handlelength": 1.7,
+    "handletextpad": 0.5,
+    "fontsize": 8,
+}
+
+
 def view(ax, left: float, right: float, bottom: float, top: float) -> None:
     """Let axes show that rectangle, as large in both directions, without ticks."""
     ax.set_xlim(left, right)
@@ -177,8 +245,8 @@ def view(ax, left: float, right: float, bottom: float, top: float) -> None:
     ax.set_axis_off()
 
 
-def key(figure, widest: float) -> None:
-    """One row under the diagrams that says what lines mean."""
+def key(figure, widest: float, *, spectrum: bool = False) -> None:
+    """One row under the diagrams that says what lines mean; spectrum: whether their colours are those of light."""
     from matplotlib.lines import Line2D
 
     names = ("incident", "transmitted", "reflected")
@@ -186,6 +254,15 @@ def key(figure, widest: float) -> None:
         Line2D([], [], color=colour, linestyle=dashes, linewidth=1.4, label=name)
         for name, (colour, dashes) in zip(names, _LOOKS.values(), strict=True)
     ]
+    if spectrum:
+        branches = [
+            Line2D([], [], color=INK, linewidth=1.4, label="white"),
+            *(Line2D([], [], color=line_colour(named), linewidth=2.2, label=f"{named}") for named in NAMED[:-1]),
+            Line2D([], [], color=line_colour(NAMED[-1]), linewidth=2.2, label=f"{NAMED[-1]} nm"),
+            Line2D([], [], color=GREY, linestyle=_LOOKS[Kind.REFLECTED][1], linewidth=1.4, label="reflected"),
+        ]
+        figure.legend(handles=branches, **_KEY | {"ncols": len(branches), "handlelength": 1.2})
+        return
     weights = [
         Line2D([], [], color=GREY, linewidth=_width(energy, widest), label=f"{energy:.0%}".replace("%", " %"))
         for energy in (1.0, 0.1, 0.01)
@@ -193,10 +270,5 @@ def key(figure, widest: float) -> None:
     normal = Line2D([], [], color=GREY, linewidth=0.8, linestyle=(0, (3, 2)), label="normal")
     figure.legend(
         handles=[*branches, normal, Line2D([], [], linewidth=0, label="energy:"), *weights],
-        loc="lower center",
-        ncols=8,
-        columnspacing=1.1,
-        handlelength=1.7,
-        handletextpad=0.5,
-        fontsize=8,
+        **_KEY,
     )

@@ -15,6 +15,7 @@ WIDEST_BEAM = 0.95  # of the sphere's radius: at 1 a ray touches and no more
 APEX = math.radians(20)  # of the prism: small enough that indices up to 2.9 let the light out
 PRISM = 1.05  # half the height of the prism
 PRISM_SLOPE = (math.cos(APEX), math.sin(APEX), 0.0)  # the normal of its second face
+SIDE = 2.0  # of the faces of a prism that stands upright on its base
 FAINTEST_DRAWN = 0.01  # a branch of less energy than this is not drawn
 
 
@@ -71,6 +72,27 @@ def prism_paths(medium: Medium, heights: np.ndarray, **options) -> Paths:
     surfaces = Shapes(Convex(points, ((-1, 0, 0), PRISM_SLOPE, (0, -1, 0)), Interface(medium, AIR)))
     origins = np.stack([np.full_like(heights, -1.2), heights, 0 * heights], axis=-1)
     return _traced(surfaces, origins, (1, 0, 0), options)
+
+
+def upright_prism(apex: float) -> np.ndarray:
+    """The corners (3, 2) of a prism with its apex above, radians, and the middles of its two faces at y = 0."""
+    half = SIDE / 2 * np.array([math.sin(apex / 2), math.cos(apex / 2)])
+    return np.array([(0, 1), (2, -1), (-2, -1)]) * half
+
+
+def upright_prism_paths(medium: Medium, apex: float, incidence: float, heights: np.ndarray, **options) -> Paths:
+    """Of rays through an upright_prism(): at `heights` (N,) across them from the one that meets the middle of a face.
+
+    incidence: radians, positive on the base's side of the normal, as deviation.prism() has it
+    """
+    corners = np.column_stack([upright_prism(apex), np.zeros(3)])
+    across, up = math.cos(apex / 2), math.sin(apex / 2)
+    normals = ((-across, up, 0), (across, up, 0), (0, -1, 0))
+    surfaces = Shapes(Convex((corners[0], corners[0], corners[1]), normals, Interface(medium, AIR)))
+    slope = incidence - apex / 2
+    ahead, aside = (math.cos(slope), math.sin(slope), 0.0), (-math.sin(slope), math.cos(slope), 0.0)
+    middle = (corners[0] + corners[2]) / 2
+    return _traced(surfaces, middle - 1.75 * np.array(ahead) + np.outer(heights, aside), ahead, options)
 
 
 def _traced(surfaces, origins, directions, options):

@@ -26,6 +26,25 @@ def prism(n: ArrayLike, apex: ArrayLike, incidence: ArrayLike) -> NDArray:
         return incidence + np.arcsin(n * np.sin(inside)) - apex
 
 
+def symmetric(n: ArrayLike, apex: ArrayLike) -> NDArray:
+    """The angle of incidence of the ray that crosses a prism symmetrically, where its deviation is stationary.
+
+    sin i_1 = n sin(A / 2), so that delta = 2 i_1 - A (Born and Wolf 4.7.2). n, apex (A): (...); NaN where no light passes
+    so.
+    """
+    n, apex = np.asarray(n, float), np.asarray(apex, float)
+    with np.errstate(invalid="ignore"):
+        return np.arcsin(n * np.sin(apex / 2))
+
+
+def apex_for(n: float) -> float:
+    """The apex, radians, of a prism that shows well how an index disperses: 60 degrees of glass, 20 of what bends more.
+
+    Light crosses it symmetrically: 60 degrees let through what has n < 2 that way, but of 1.9 it leaves at 72 degrees.
+    """
+    return math.radians(60 if 1 < n < 1.9 else 20)
+
+
 def drop(n: ArrayLike, incidence: ArrayLike, order: int = 1) -> NDArray:
     """The angle by which a ball turns a ray after `order` reflections inside it, counted on beyond a full turn.
 

@@ -11,7 +11,7 @@ import pytest
 
 from nim_addon.base.files import whole
 from nim_addon.figures import diagram_parts, diagram_paths, diagrams, drawing
-from nim_addon.physics import Interface, Medium
+from nim_addon.physics import Interface, Medium, deviation
 from nim_addon.physics.rays import Fate, Kind
 
 FIGURES = {figure.number: figure for figure in diagrams.FIGURES}
@@ -94,6 +94,76 @@ def test_a_prism_bends_by_snells_law(n, monkeypatch):
     out = paths.direction[diagram_paths.transmitted_way(paths, 0)[-1]]
     turned = math.degrees(math.atan2(out[1], out[0]))
     assert turned == pytest.approx(20 - math.degrees(math.asin(n * math.sin(math.radians(20)))), abs=1e-9)
+
+
+@pytest.mark.parametrize("medium, side", [("n-bk7", -1), ("nim-mirror", 1), ("nim-causal", 1)])
+def test_a_prism_sorts_white_light_by_the_closed_form(medium, side, monkeypatch):
+    ax, _ = drawn(monkeypatch, "prism", inside=Medium.parse(medium), spectrum=True)
+    n, apex = Medium.parse(medium).n, deviation.apex_for(Medium.parse(medium).n)
+    incidence = float(deviation.symmetric(n, apex))
+    seen = 0
+    for wavelength in diagram_parts.SPECTRUM:
+        turned = float(deviation.prism(Medium.parse(medium).at(wavelength).n, apex, incidence))
+        slope = math.tan(incidence - apex / 2 - turned)
+        colour = diagram_parts.line_colour(wavelength)
+        lines = [part for part in ax.collections if np.allclose(part.get_colors()[0][:3], colour, atol=1e-6)]
+        ends = np.concatenate([np.reshape(part.get_segments(), (-1, 2, 2)) for part in lines])
+        out = ends[(ends[:, 0, 0] > 0) & (ends[:, 1, 0] > 1)]  # from the second face to the right
+        slopes = (out[:, 1, 1] - out[:, 0, 1]) / (out[:, 1, 0] - out[:, 0, 0])
+        seen += np.any(np.abs(slopes - slope) < 1e-9)
+        assert np.sign(turned) == -side
+    assert seen >= (len(diagram_parts.SPECTRUM) if medium != "nim-causal" else 7)  # some of it leaves the view above
+
+
+def test_white_light_is_black_until_a_surface_sorts_it(monkeypatch):
+    ax, paths = drawn(monkeypatch, "prism", spectrum=True)
+    white = [part for part in ax.collections if np.allclose(part.get_colors()[0][:3], 0x1A / 255, atol=1e-6)]
+    assert sum(len(part.get_segments()) for part in white) == 2  # that arrives, and that is mirrored at once
+    coloured = [line for part in ax.collections if part not in white for line in part.get_segments()]
+    arrives = paths.end[0, :2]
+    assert len(coloured) > 2 * len(diagram_parts.SPECTRUM)
+    assert not any(np.allclose(line[1], arrives) for line in coloured)
+
+
+@pytest.mark.parametrize("scene", diagrams.SCENES)
+def test_the_key_of_a_spectrum_lies_within_the_picture(scene, monkeypatch):
+    ax, _ = drawn(monkeypatch, scene, spectrum=True)
+    figure = ax.get_figure()
+    (key,) = figure.legends
+    figure.draw_without_rendering()
+    box = key.get_window_extent()
+    assert 0 <= box.x0 < box.x1 <= figure.bbox.width
+    names = [text.get_text() for text in key.get_texts()]
+    assert names == ["white", "400", "450", "500", "550", "600", "650", "700 nm", "reflected"]
+    for first, second in zip(key.get_texts(), key.get_texts()[1:], strict=False):
+        assert first.get_window_extent().x1 < second.get_window_extent().x0
+
+
+def test_colours_of_lines_keep_their_order_and_show_on_white():
+    hues = [diagram_parts.line_colour(wavelength) for wavelength in (450, 530, 630)]
+    assert [int(np.argmax(hue)) for hue in hues] == [2, 1, 0]
+    for wavelength in diagram_parts.SPECTRUM:
+        linear = ((np.array(diagram_parts.line_colour(wavelength)) + 0.055) / 1.055) ** 2.4
+        assert linear @ (0.2126, 0.7152, 0.0722) < 0.45
+
+
+@pytest.mark.parametrize(
+    "options, words",
+    [
+        ({"spectrum": True, "n": -1.5}, ("has no spectrum", "n-bk7")),
+        ({"spectrum": True, "inside": Medium(-1.5)}, ("has no spectrum", "n-bk7")),
+        ({"inside": Medium(-1.5), "mu": -1}, ("given once",)),
+        ({"spectrum": True, "inside": Medium.parse("silver")}, ("silver is a mirror at 400 nm",)),
+        ({"inside": Medium.parse("gold")}, ("gold is a mirror at 550 nm",)),
+        ({"inside": Medium(-1.5 + 0.1j)}, ("absorbs",)),
+    ],
+)
+def test_what_has_no_spectrum_is_one_sentence(options, words, tmp_path, one_sentence):
+    pytest.importorskip("matplotlib")
+    with pytest.raises(ValueError) as raised:
+        diagrams.diagram("prism", file=tmp_path / "x.svg", **options)
+    one_sentence(raised.value, *words)
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_slab_of_index_minus_one_is_veselagos_lens(monkeypatch):

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nim_addon.physics import Interface, Medium
-from nim_addon.physics.deviation import bow, drop, glory, prism
+from nim_addon.physics.deviation import apex_for, bow, drop, glory, prism, symmetric
 from nim_addon.physics.rays import Convex, Fate, Shapes, Sphere, trace
 
 DEGREE = math.pi / 180
@@ -38,6 +38,17 @@ def test_prisms_to_a_billionth_of_a_degree(data):
         np.testing.assert_allclose(found / DEGREE, float(row["deviation_deg"]), rtol=0, atol=1e-9)
         total += np.isnan(found)
     assert len(table) == 480 and 0 < total < 200
+
+
+@given(st.floats(1.05, 1.85) | st.floats(-2.8, -0.1))
+def test_the_symmetric_ray_is_turned_by_what_is_stationary(n):
+    apex = apex_for(n)
+    i = symmetric(n, apex)
+    assert prism(n, apex, i) == pytest.approx(2 * i - apex, abs=1e-12)
+    before, after = prism(n, apex, i + np.array([-1e-5, 1e-5]))
+    assert abs(after - before) / 2e-5 < 1e-4
+    if n > 1:
+        assert (prism(n, apex, np.linspace(i - 0.05, i + 0.05, 21)) >= 2 * i - apex - 1e-12).all()
 
 
 def test_bows_and_that_negative_drops_have_none(data):

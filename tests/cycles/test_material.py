@@ -95,7 +95,7 @@ def test_an_outdated_group_is_brought_up_to_date_in_place(empty_file, render):
     group = INTERFACE.group()
     script, text = script_of(group), script_of(group).script
     # an older version of the shader, which lost a quarter of the light
-    older = INTERFACE.source().replace("tint *", "0.75 * tint *")
+    older = INTERFACE.source().replace("passed = tint;", "passed = 0.75 * tint;")
     text.from_string(older)
     script.bytecode = bytecode_of(INTERFACE.shader, older)
     script.bytecode_hash = hashlib.md5(script.bytecode.encode()).hexdigest()

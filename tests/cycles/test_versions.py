@@ -25,7 +25,7 @@ from nim_addon.scenes.stage import Stage
 
 ROOT = Path(__file__).parents[2]
 # What each backend's group held when its closure's version was last raised, by the closure's shader.
-FINGERPRINTS = {"nim_interface": {"osl": "66c58f71c1642c50", "nodes": "6f67c2740056fa2f"}}
+FINGERPRINTS = {"nim_interface": {"osl": "e7d27f77d26cdfa3", "nodes": "973e6421d5d995e7"}}
 
 
 @pytest.fixture
@@ -104,7 +104,10 @@ def test_an_earlier_file_is_brought_up_to_date(earlier, compiled):
     done = versions.update()
     assert sorted(done.updated) == ["NIM Interface", "NIM Interface (nodes)"]
     assert not done.left_alone
-    assert {name: (values(interface_nodes(one)[0]), links(one)) for name, one in earlier.items()} == before
+    new = {socket.name: 0.0 for socket in INTERFACE.sockets if socket.since > 1}
+    for name, one in earlier.items():
+        assert values(interface_nodes(one)[0]) == before[name][0] | new and links(one) == before[name][1]
+        assert not new.keys() & before[name][0].keys()
     for backend in ("osl", "nodes"):
         group = next(g for g in bpy.data.node_groups if g.get(INTERFACE.shader) == backend)
         fresh = INTERFACE.new_group(backend)

@@ -24,7 +24,10 @@ OUTPUT = "BSDF"
 
 
 class Socket(NamedTuple):
-    """An input of the group: `identifier` is the shader's parameter, the rest what a person sees."""
+    """An input of the group: `identifier` is the shader's parameter, the rest what a person sees.
+
+    since: the version whose groups were the first to have it; those of earlier ones are read without it
+    """
 
     identifier: str
     name: str
@@ -34,6 +37,7 @@ class Socket(NamedTuple):
     max: float | None
     description: str
     hide_value: bool = False  # of what only a link can give
+    since: int = 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +76,7 @@ class Closure:
 
     @functools.cached_property  # since panels ask while they are drawn
     def _numbers(self):
-        return {socket.name for socket in self.sockets if socket.type == "NodeSocketFloat"}
+        return {socket.name for socket in self.sockets if socket.type == "NodeSocketFloat" and socket.since == 1}
 
     def backend_of(self, group: bpy.types.NodeTree) -> str:
         """The backend, "osl" or "nodes", of a group that is_of() this closure."""

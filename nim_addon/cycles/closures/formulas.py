@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 import bpy
 
@@ -20,6 +21,8 @@ MATH = {
     "<": "LESS_THAN",
     "abs": "ABSOLUTE",
     "sqrt": "SQRT",
+    "exp": "EXPONENT",
+    "sign": "SIGN",
     "min": "MINIMUM",
     "max": "MAXIMUM",
     "equal": "COMPARE",
@@ -142,6 +145,16 @@ def sqrt(value: Value) -> Value:
     return _calculated("sqrt", value)
 
 
+def exp(value: Value) -> Value:
+    """e to that power."""
+    return _calculated("exp", value)
+
+
+def sign(value: Value) -> Value:
+    """1 of a positive number, -1 of a negative one, 0 of 0."""
+    return _calculated("sign", value)
+
+
 def minimum(a: Value, b: Operand) -> Value:
     """The smaller of two numbers."""
     return _calculated("min", a, b)
@@ -172,9 +185,54 @@ def normalize(vector: Value) -> Value:
     return _calculated("normalize", vector)
 
 
-def choose(share: Value, yes: Value, no: Value) -> Value:
+Number = TypeVar("Number", Value, "Complex")
+
+
+def choose(share: Value, yes: Number, no: Number) -> Number:
     """`yes` where `share` is 1, `no` where it is 0; between, share * yes + (1 - share) * no."""
+    if isinstance(yes, Complex):
+        return Complex(choose(share, yes.re, no.re), choose(share, yes.im, no.im))
     return _calculated("choose", share, yes, no)
+
+
+@dataclass(frozen=True)
+class Complex:
+    """A complex number of two Values; arithmetic on it makes nodes."""
+
+    re: Value
+    im: Value
+
+    def __add__(self, other: Complex) -> Complex:
+        return Complex(self.re + other.re, self.im + other.im)
+
+    def __sub__(self, other: Complex) -> Complex:
+        return Complex(self.re - other.re, self.im - other.im)
+
+    def __mul__(self, other: Complex | Operand) -> Complex:
+        if not isinstance(other, Complex):
+            return Complex(self.re * other, self.im * other)
+        return Complex(self.re * other.re - self.im * other.im, self.re * other.im + self.im * other.re)
+
+    def __truediv__(self, other: Complex) -> Complex:
+        above = self * Complex(other.re, -other.im)
+        return Complex(above.re / other.square(), above.im / other.square())
+
+    def __rtruediv__(self, other: float) -> Complex:
+        return Complex(other * self.re / self.square(), -other * self.im / self.square())
+
+    def square(self) -> Value:
+        """|z|^2"""
+        return self.re * self.re + self.im * self.im
+
+    def root(self) -> Complex:
+        """The principal root, Re >= 0, neither part of which is a difference of almost equal numbers.
+
+        0 of a negative number without an imaginary part, whose root lies on either side.
+        """
+        larger = sqrt(0.5 * (sqrt(self.square()) + abs(self.re)))
+        smaller = 0.5 * abs(self.im) / larger  # 0 where both are
+        negative = self.re < 0
+        return Complex(choose(negative, smaller, larger), sign(self.im) * choose(negative, larger, smaller))
 
 
 @dataclass(eq=False)
@@ -261,6 +319,8 @@ class Sheet:
         for name, value in names.items():
             if isinstance(value, Value):
                 value.name = value.name or name
+            elif isinstance(value, Complex):
+                self.name({f"Re {name}": value.re, f"Im {name}": value.im})
 
     def end(self, closure: Value) -> None:
         """Let the group give a closure; labels and places of all nodes follow."""

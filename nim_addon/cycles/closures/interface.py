@@ -12,26 +12,71 @@ from typing import NamedTuple
 import bpy
 
 from .closure import Closure, Socket
-from .formulas import Sheet, choose, dot, equal, length, maximum, normalize, sqrt
+from .formulas import Complex, Sheet, Value, choose, dot, equal, exp, length, maximum, minimum, normalize, sqrt
 
 
 class Optics(NamedTuple):
     """What others may change in a group of the interface in nodes (caustics.bending does, in one of its own).
 
     q_squared:                     output of (n_i / n_t)^2
+    stops:                         output that is 1 where what is not reflected is absorbed in the surface, else 0
     reflected, refraction, portal: nodes of the closures that mirror light, and that let it through where the signs of the
                                    indices agree and where they differ; Color is the tint
-    glass_or_not:                  node of the mix of these, and of a Glass BSDF that is all of them where it can be
+    reflected_or_not:              node of the mix of these, whose factor is R
+    glass_or_not:                  node of the mix of that, and of a Glass BSDF that is all of them where it can be
+    absorbed_or_not:               node of the mix of that, and of nothing; its factor is what absorption takes
     """
 
     q_squared: bpy.types.NodeSocket
+    stops: bpy.types.NodeSocket
     reflected: bpy.types.Node
     refraction: bpy.types.Node
     portal: bpy.types.Node
+    reflected_or_not: bpy.types.Node
     glass_or_not: bpy.types.Node
+    absorbed_or_not: bpy.types.Node
 
 
-GLIDE = 1e-3  # as in nim_interface.osl
+GLIDE, LEAST_INDEX, OPAQUE = 1e-3, 1e-6, 1e-3  # as in nim_interface.osl
+LATER = {"since": 3}  # sockets that the groups of the first two versions did not have
+
+
+def _losses(side: str, where: str) -> tuple[Socket, ...]:
+    """The sockets of what light loses on the side "inside" or "outside"."""
+    name, kind = side.capitalize(), "NodeSocketFloat"
+    return (
+        Socket(
+            f"k_{side}",
+            f"Extinction {name}",
+            kind,
+            0.0,
+            0.0,
+            100.0,
+            f"Imaginary part k of the refractive index {where}; 0 where nothing is lost",
+            **LATER,
+        ),
+        Socket(
+            f"mu_imag_{side}",
+            f"Permeability Loss {name}",
+            kind,
+            0.0,
+            0.0,
+            100.0,
+            f"Imaginary part of the relative permeability {where}; 0 where nothing is lost",
+            **LATER,
+        ),
+        Socket(
+            f"absorption_{side}",
+            f"Absorption {name}",
+            kind,
+            0.0,
+            0.0,
+            1e9,
+            f"Absorption coefficient {where}, per metre, of light on a straight way to the surface",
+            **LATER,
+        ),
+    )
+
 
 # The same labels, ranges and texts as the shader's metadata (a test holds them together).
 SOCKETS = (
@@ -51,7 +96,7 @@ SOCKETS = (
         -1.0,
         -100.0,
         100.0,
-        "Relative permeability behind the faces; its sign is that of the index and does not count here",
+        "Relative permeability behind the faces; its sign counts only where something is lost",
     ),
     Socket(
         "n_outside",
@@ -69,7 +114,19 @@ SOCKETS = (
         1.0,
         -100.0,
         100.0,
-        "Relative permeability on the side the normals point to; its sign does not count here",
+        "Relative permeability on the side the normals point to; its sign counts only where something is lost",
+    ),
+    *_losses("inside", "behind the faces"),
+    *_losses("outside", "on the side the normals point to"),
+    Socket(
+        "roughness",
+        "Roughness",
+        "NodeSocketFloat",
+        0.0,
+        0.0,
+        1.0,
+        "Roughness of the surface, as in Blender's Glass; 0 is smooth",
+        **LATER,
     ),
     Socket(
         "tint",
@@ -124,10 +181,12 @@ def _twin(sheet: Sheet) -> Optics:
     # the root of a negative number is 0 here, and then R = 1: total reflection needs no branch
     cos_t = sqrt(cos2_t)
 
+    lossy = _lossy(sheet, from_inside, cos_i, cos2_t)
     sheet.frame("Fresnel: R = (r_s^2 + r_p^2) / 2", after=snell)
     r_s = (z * cos_i - cos_t) / (z * cos_i + cos_t)
     r_p = (cos_i - z * cos_t) / (cos_i + z * cos_t)
-    R = 0.5 * (r_s * r_s + r_p * r_p)
+    R_clear = 0.5 * (r_s * r_s + r_p * r_p)
+    R = choose(lossy.loses, lossy.R, R_clear)
 
     ray = sheet.frame("Transmitted ray: d = (q cos_i - cos_t) n - q I", after=snell, top=-360)
     d = (q * cos_i - cos_t) * n - q * I
@@ -154,20 +213,89 @@ def _twin(sheet: Sheet) -> Optics:
     )
     portal = sheet.node("ShaderNodeBsdfRayPortal", "transmitted, signs differ", {"Color": tint, "Direction": direction})
     transmitted = choose(refracts, refraction, portal)
+    goes_on = sheet.node("ShaderNodeMixShader", "nothing where no ray goes on", {0: lossy.stops, 1: transmitted})
     reflected = sheet.node("ShaderNodeBsdfAnisotropic", "reflected", smooth | {"Normal": n}, distribution="GGX")
-    by_formulas = choose(R, reflected, transmitted)
+    by_formulas = choose(R, reflected, goes_on)
 
     # Between plain dielectrics z = q, and Blender's Glass is the same equations in one closure, which is cheaper. Only
     # without a bent normal, though: it loses light on bumps.
     sheet.frame("The same where |mu| and signs agree: Glass", after=ray, top=-700)
     alike = equal(abs(mu_ratio), 1, within=1e-6)
-    glass_does = alike * same_signs * (1 - linked)
+    glass_does = alike * same_signs * (1 - linked) * (1 - lossy.loses)
     glass = sheet.node("ShaderNodeBsdfGlass", "Glass", smooth | {"IOR": q_from_inside}, distribution="GGX")
-    BSDF = choose(glass_does, glass, by_formulas)
+    clear = choose(glass_does, glass, by_formulas)
+
+    sheet.frame("What is left of the way in a medium: exp(-absorption length)", after=ray, top=-1000)
+    absorption_inside, absorption_outside = sheet.inputs("absorption_inside", "absorption_outside")
+    # products with names, since Cycles drops all of it where both absorptions are known to be 0
+    in_there, out_there = from_inside * absorption_inside, (1 - from_inside) * absorption_outside
+    way = sheet.node("ShaderNodeLightPath", "length of the way")["Ray Length"]
+    lost = 1 - exp(-((in_there + out_there) * way))
+    BSDF = sheet.node("ShaderNodeMixShader", "nothing of what is lost", {0: lost, 1: clear})
 
     sheet.name(locals())
     sheet.end(BSDF)
-    return Optics((q * q).socket, reflected.node, refraction.node, portal.node, BSDF.node)
+    return Optics(
+        (q * q).socket,
+        lossy.stops.socket,
+        reflected.node,
+        refraction.node,
+        portal.node,
+        by_formulas.node,
+        clear.node,
+        BSDF.node,
+    )
+
+
+class _Lossy(NamedTuple):
+    """What is different where a medium has loss: whether one has, R, and whether the rest is absorbed in the surface."""
+
+    loses: Value
+    R: Value
+    stops: Value
+
+
+def _lossy(sheet: Sheet, from_inside: Value, cos_i: Value, cos2_t: Value) -> _Lossy:
+    """The same with complex n and mu. Cycles drops all of it where k and the losses of mu are known to be 0."""
+    media = sheet.frame("With loss: complex q and z, where Z = mu / n with Re Z >= 0", top=-1300)
+    k_inside, mu_imag_inside = sheet.inputs("k_inside", "mu_imag_inside")
+    k_outside, mu_imag_outside = sheet.inputs("k_outside", "mu_imag_outside")
+    n_inside, n_outside, mu_inside, mu_outside = sheet.inputs("n_inside", "n_outside", "mu_inside", "mu_outside")
+    loses = k_inside + mu_imag_inside + k_outside + mu_imag_outside > 0
+    c_inside, c_outside = Complex(n_inside, k_inside), Complex(n_outside, k_outside)
+    m_inside, m_outside = Complex(mu_inside, mu_imag_inside), Complex(mu_outside, mu_imag_outside)
+    c_from_outside = c_outside / c_inside
+    # of the sign of Re Z; a permeability that no medium without gain has with this index counts as its negative
+    side_inside = mu_inside * n_inside + mu_imag_inside * k_inside
+    side_outside = mu_outside * n_outside + mu_imag_outside * k_outside
+    turn = 1 - 2 * (side_inside * side_outside < 0)
+    Z_from_outside = m_inside / m_outside * c_from_outside * turn
+    c_q = choose(from_inside, 1 / c_from_outside, c_from_outside)
+    c_z = choose(from_inside, 1 / Z_from_outside, Z_from_outside)
+
+    snell = sheet.frame("With loss: cos_t, the principal root of (1 - q)(1 + q) + q^2 cos_i^2", after=media, top=-1300)
+    c_q2 = c_q * c_q
+    one_re = (1 - c_q.re) * (1 + c_q.re) + c_q.im * c_q.im
+    # the imaginary part of 1 - q^2 is that of -q^2
+    c_cos2_t = Complex(one_re + c_q2.re * (cos_i * cos_i), c_q2.im * (cos_i * cos_i - 1))
+    c_cos_t = c_cos2_t.root()
+
+    sheet.frame("With loss: R = (|r_s|^2 + |r_p|^2) / 2, at most 1", after=snell, top=-1300)
+    c_s, c_p = c_z * cos_i, c_z * c_cos_t
+    R_s = (c_s - c_cos_t).square() / (c_s + c_cos_t).square()
+    below, above, across = cos_i + c_p.re, cos_i - c_p.re, c_p.im * c_p.im
+    R_p = (above * above + across) / (below * below + across)
+    R_lossy = minimum(0.5 * (R_s + R_p), 1)
+
+    sheet.frame(
+        "With loss: no ray goes on beyond |sin| = |Re n|, and where light is gone at once", after=snell, top=-1700
+    )
+    k_t = choose(from_inside, k_outside, k_inside)
+    n_t = choose(from_inside, n_outside, n_inside)
+    goes = (cos2_t > 0) * (abs(n_t) > LEAST_INDEX) * (1 - (k_t > OPAQUE))
+    stops = loses * (1 - goes)
+    sheet.name(locals())
+    return _Lossy(loses, R_lossy, stops)
 
 
 INTERFACE = Closure(
@@ -175,7 +303,7 @@ INTERFACE = Closure(
     label="NIM Interface",
     sockets=SOCKETS,
     # raise it with every change to SOCKETS, to the twin or to nim_interface.osl
-    version=2,
+    version=3,
     twin=_twin,
     heart="BSDF_RAY_PORTAL",
 )

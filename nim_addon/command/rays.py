@@ -15,7 +15,7 @@ def add_to(commands: argparse._SubParsersAction) -> None:
         commands,
         "rays",
         run,
-        "Draw where rays go: a sphere, a pool, a slab or a prism, cut through the middle.",
+        "Draw where rays go: a sphere, a pool, a slab, a prism or a drop, cut through the middle.",
         "examples:\n"
         "  nimray rays sphere --n -1.5 --beam 21 --out sphere.svg\n"
         "  nimray rays pool --n -1.33 --out pool.svg\n"
@@ -23,7 +23,7 @@ def add_to(commands: argparse._SubParsersAction) -> None:
         "  nimray rays prism --spectrum --inside nim-causal --out causal.svg",
     )
     number, beam = words.number, words.whole("--beam", 1, 101)
-    parser.add_argument("scene", type=str.lower, metavar="SCENE", help="sphere, pool, slab or prism")
+    parser.add_argument("scene", type=str.lower, metavar="SCENE", help="sphere, pool, slab, prism or drop")
     parser.add_argument("--n", type=number("--n"), metavar="N", help="refractive index (what the scene is about)")
     parser.add_argument("--mu", type=number("--mu"), metavar="MU", help="relative permeability (1, or -1 for n < 0)")
     parser.add_argument("--inside", type=words.medium, metavar="M", help="the medium, in the place of --n and --mu")

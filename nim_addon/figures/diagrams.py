@@ -32,6 +32,7 @@ from .diagram_paths import (
     upright_prism_paths,
 )
 from .drawing import BLUE, GREY, INK, known_suffix, look, save, sheet
+from .drop_diagram import draw_drop
 from .recipes import drawn_figure
 
 MOST_RAYS = 101
@@ -254,6 +255,16 @@ SCENES = {
         "White light through a prism",
         1,
         "n-bk7",
+    ),
+    "drop": Scene(
+        "Parallel light on a drop",
+        "A ray through a drop",
+        1.33,
+        15,
+        draw_drop,
+        "White light on a drop",
+        1,
+        "water-daimon",
     ),
 }
 

@@ -270,7 +270,7 @@ def test_what_lets_no_light_in_is_drawn(scene, n, mu, monkeypatch):
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"scene": "lens"}, ("lens", "sphere, pool, slab, prism")),
+        ({"scene": "lens"}, ("lens", "sphere, pool, slab, prism, drop")),
         ({"rays": 0}, ("rays = 0", "1 to 101")),
         ({"rays": 102}, ("rays = 102", "1 to 101")),
         ({"rays": 2.5}, ("rays = 2.5", "1 to 101")),

@@ -263,7 +263,7 @@ def check(material: bpy.types.Material | None, name: str) -> None:
     passes = any(kind == "glass" or node.type == "BSDF_REFRACTION" or is_interface(node) for node, kind in kinds)
     whose = f"the material {material.name} of {name}"
     for node, _ in kinds:
-        if (closure := closure_of_node(node)) and not is_interface(node):
+        if _is_shader(node) and (closure := closure_of_node(node)) and not is_interface(node):
             raise ValueError(
                 f"{whose} bends light by a {closure.label}, of which caustics know nothing; give {name} another material, or "
                 "hide it from renders."

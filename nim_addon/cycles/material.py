@@ -8,9 +8,9 @@ from collections.abc import Sequence
 
 import bpy
 
-from ..physics import MEDIA, Interface, Medium
+from ..physics import MEDIA, VISIBLE_NM, Interface, Medium
 from ..physics.media import LEAST_MAGNITUDE, MOST_MAGNITUDE
-from . import closures
+from . import closures, dispersive
 from .closures import INTERFACE, closure_of_node
 from .closures.backends import osl_available, resolve
 from .nodes import empty_tree
@@ -24,9 +24,11 @@ __all__ = [
     "interface_node",
     "interface_nodes",
     "interface_of",
+    "medium_of",
     "number_of",
     "osl_available",
     "resolve",
+    "set_medium",
     "switch_backend",
 ]
 
@@ -77,18 +79,51 @@ def interface_node(
     """
     _check_media(inside, outside)
     node = INTERFACE.new_node(tree, backend)
-    node.inputs["Index Inside"].default_value = inside.n
-    node.inputs["Permeability Inside"].default_value = inside.mu
-    node.inputs["Index Outside"].default_value = outside.n
-    node.inputs["Permeability Outside"].default_value = outside.mu
+    for side, medium in (("Inside", inside), ("Outside", outside)):
+        set_medium(node, side, medium)
     return node
+
+
+def set_medium(node: bpy.types.Node, side: str, medium: Medium) -> None:
+    """Let an interface node have a medium on a side, "Inside" or "Outside".
+
+    One that disperses is a node of its own, linked to the sockets of that side; another one's numbers stand in them. What
+    stood there is taken away. Raises ValueError for a medium that is not known over the visible wavelengths.
+    """
+    tree = node.id_data
+    sockets = {name: node.inputs[f"{name} {side}"] for name in dispersive.OUTPUTS if f"{name} {side}" in node.inputs}
+    # made before the other goes, since it may be refused
+    source = medium.dispersion and dispersive.medium_node(tree, medium, INTERFACE.backend_of(node.node_tree))
+    former = {link.from_node for socket in sockets.values() for link in socket.links}
+    for link in [link for socket in sockets.values() for link in socket.links]:
+        tree.links.remove(link)
+    for other in former:
+        if dispersive.is_medium_node(other) and not any(socket.is_linked for socket in other.outputs):
+            tree.nodes.remove(other)
+    numbers = (medium.n, medium.k, medium.mu, medium.mu_imag, medium.absorption())
+    for name, number in zip(dispersive.OUTPUTS, numbers, strict=True):
+        if name in sockets:
+            sockets[name].default_value = number
+            if source:
+                tree.links.new(source.outputs[name], sockets[name])
+    if source:
+        source.location = (node.location.x - 320, node.location.y - (0 if side == "Inside" else 220))
+
+
+def medium_of(node: bpy.types.Node, side: str) -> Medium | None:
+    """The medium that disperses and is linked to a side, "Inside" or "Outside", of an interface node; else None."""
+    links = node.inputs[f"Index {side}"].links
+    return dispersive.medium_of(links[0].from_node) if links else None
 
 
 def _check_media(inside, outside):
     for name, medium in (("inside", inside), ("outside", outside)):
         if not isinstance(medium, Medium):
             raise TypeError(f"{name} = {medium!r} is no Medium; give one, such as Medium(-1.5) or MEDIA['water'].")
-        medium.check_real()
+        if medium.dispersion is None:
+            medium.check_real()
+        else:
+            medium.spectrum(VISIBLE_NM)  # raises where it is not known
 
 
 def _checked_tint(tint):
@@ -108,12 +143,14 @@ def interface_nodes(material: bpy.types.Material | None) -> list[bpy.types.Node]
 
 
 def switch_backend(material: bpy.types.Material, backend: str) -> int:
-    """Give every node of our closures in a material the group of another backend; values and links stay.
+    """Give every node of our closures, and of media that disperse, in a material the group of another backend.
 
-    Returns how many nodes there were. Raises as resolve() does.
+    Values and links stay. Returns how many nodes there were. Raises as resolve() does.
     """
     backend = resolve(backend)
-    return sum(closure.switch(material, backend) for closure in closures.CLOSURES if closure.nodes_of(material))
+    return dispersive.switch(material, backend) + sum(
+        closure.switch(material, backend) for closure in closures.CLOSURES if closure.nodes_of(material)
+    )
 
 
 def asked_interfaces(material: bpy.types.Material | None) -> list[Asked]:
@@ -130,10 +167,14 @@ def interface_of(node: bpy.types.Node, path: tuple = ()) -> Interface | None:
     """The physics.Interface that the values of an interface node describe, as both shaders read them.
 
     path: the groups that it is in, as asked_interfaces() gives them. The permeabilities count by magnitude. Returns None
-    where a node other than a Value decides an index or a permeability, or where one is 0 or out of a Medium's range.
+    where a node other than a Value, or than that of a medium that disperses, decides an index or a permeability, or where
+    one is 0 or out of a Medium's range.
     """
     media = []
     for side in ("Inside", "Outside"):
+        if (dispersed := medium_of(node, side)) is not None:
+            media.append(dispersed)
+            continue
         n, mu = (number_of(node.inputs[f"{quantity} {side}"], path) for quantity in ("Index", "Permeability"))
         if n is None or mu is None or not all(LEAST_MAGNITUDE <= abs(value) <= MOST_MAGNITUDE for value in (n, mu)):
             return None

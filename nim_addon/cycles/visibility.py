@@ -15,7 +15,7 @@ import bpy
 import mathutils
 
 from .closures import INTERFACE, closure_of_node
-from .nodes import uses_nodes
+from .nodes import Owner, uses_nodes
 
 CAUSTICS_MARK = "nim_caustics"  # marks what a bake (caustics.Bake) put into the scene
 CAUSTICS_HIDDEN = "nim_caustics_hidden"  # and what it put a copy in the place of
@@ -213,8 +213,8 @@ def materials_of(
 # ------------------------------------------------------------------------------------------------ nodes
 
 
-def has_nodes(material: bpy.types.Material | None) -> bool:
-    """Whether a material, or none, is made of nodes; else it is a plain diffuse one."""
+def has_nodes(material: Owner | None) -> bool:
+    """Whether a material, or none, is made of nodes; else it is a plain diffuse one. Or a lamp, or a sky."""
     return material is not None and uses_nodes(material)
 
 
@@ -223,8 +223,10 @@ def is_interface(node: bpy.types.Node) -> bool:
     return INTERFACE.is_node(node)
 
 
-def asked(material: bpy.types.Material | None, socket: str = "Surface") -> list[Asked]:
+def asked(material: Owner | None, socket: str = "Surface") -> list[Asked]:
     """The nodes that a render asks, those within groups too: linked, in the end, to that socket of the output.
+
+    material: or a lamp, or a sky
 
     Reroutes and muted nodes are followed and not named; one of our closures is named, its inner nodes are not.
     """

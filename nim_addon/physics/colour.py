@@ -21,6 +21,9 @@ _WHITE = (0.3127, 0.3290)
 # How much of the density of drawn wavelengths is everywhere the same, beside what is as |w|: measured to be the best
 # of pictures of prisms and balls.
 _FLOOR = 0.6
+# A curve of Blender's nodes: it keeps a table of so many numbers evenly over [0, 1], and Cycles reads so many from that.
+CURVE_POINTS, TABLE_SIZE = 257, 256
+_HELD = np.linspace(0, 1, TABLE_SIZE)
 
 
 def _to_xyz(x: float, y: float) -> NDArray:
@@ -77,59 +80,64 @@ def _fixed(array: NDArray) -> NDArray:
     return array
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Wavelengths:
-    """How a uniform number u in [0, 1] becomes a wavelength, and what light of it adds to a picture.
+    """How a uniform number u in [0, 1] becomes a wavelength, and what light of it adds to a picture, as a renderer has it.
 
-    The density is constant between knots, so that the wavelength runs in u on straight lines, and so do the weights of a
-    piece: what a shader looks up in a table is exact, and the mean over u is that of weights().
+    Curves of Blender's nodes are given by CURVE_POINTS points evenly from 0 to 1, of which Cycles keeps TABLE_SIZE, on
+    straight lines between. What is returned is what those straight lines give, whose mean weight is exactly (1, 1, 1).
 
-    knots_nm:    (N,) wavelengths, nanometres, rising
-    knots:       (N,) the u of each, from 0 to 1
-    densities:   (N - 1,) between the knots, relative to wavelengths that are equally likely
+    points_nm: (CURVE_POINTS,) wavelengths, nanometres, rising
+    points:    (CURVE_POINTS, 3) weights of linear sRGB
     """
 
-    knots_nm: NDArray
-    knots: NDArray
-    densities: NDArray
+    points_nm: NDArray
+    points: NDArray
 
     @classmethod
     def uniform(cls) -> Wavelengths:
         """All wavelengths of VISIBLE_NM equally likely."""
-        return cls._of(np.ones(len(weights()[0]) - 1))
+        return cls._of(np.ones(len(weights()[0])))
 
     @classmethod
     def by_importance(cls) -> Wavelengths:
         """Wavelengths as likely as what they add to a picture: density as |w_r| + |w_g| + |w_b| + 0.6."""
-        strength = np.abs(weights()[1]).sum(axis=1) + _FLOOR
-        return cls._of((strength[1:] + strength[:-1]) / 2)
+        return cls._of(np.abs(weights()[1]).sum(axis=1) + _FLOOR)
 
     @classmethod
     def _of(cls, density: NDArray) -> Wavelengths:
-        places = weights()[0]
-        shares = density * np.diff(places)
-        shares = shares / shares.sum()
-        u = np.concatenate([[0.0], np.cumsum(shares)])
-        u[-1] = 1.0
-        return cls(places, u, np.diff(u) / (np.diff(places) / (places[-1] - places[0])))
+        """density: (N,) at the wavelengths of weights(), straight between, of any scale."""
+        places, table = weights()
+        nm = np.linspace(places[0], places[-1], 7001)
+        p = np.interp(nm, places, density)
+        share = np.concatenate([[0.0], np.cumsum((p[1:] + p[:-1]) / 2)])
+        points_nm = np.interp(np.linspace(0, 1, CURVE_POINTS), share / share[-1], nm)
+        points = _interpolated(points_nm, places, table) / np.interp(points_nm, places, density)[:, None]
+        held = as_held(points)
+        mean = ((held[1:] + held[:-1]) / 2).mean(axis=0)
+        return cls(_fixed(points_nm), _fixed(points / mean))
 
     def wavelength(self, u: ArrayLike) -> NDArray:
         """The vacuum wavelengths (...), nanometres, of numbers u (...) in [0, 1]."""
-        return np.interp(np.asarray(u, float), self.knots, self.knots_nm)
+        return np.interp(np.asarray(u, float), _HELD, as_held(self.points_nm))
 
     def weight(self, u: ArrayLike) -> NDArray:
         """What light of numbers u (...) adds to a picture, (..., 3) of linear sRGB; its mean over u is (1, 1, 1)."""
-        u = np.asarray(u, float)
-        w = _interpolated(self.wavelength(u), *weights())
-        piece = np.clip(np.searchsorted(self.knots, u, side="right") - 1, 0, len(self.densities) - 1)
-        return w / self.densities[piece][..., None]
+        return _interpolated(u, _HELD, as_held(self.points))
 
     def noise(self) -> NDArray:
         """The mean squares (3,) of weight() over u: how much noisier, in variance, each channel is than without colour."""
-        table, shares = weights()[1], np.diff(self.knots)
+        table = as_held(self.points)
         a, b = table[:-1], table[1:]
-        squares = (a * a + a * b + b * b) / 3  # of straight lines
-        return (shares / self.densities**2) @ squares
+        return ((a * a + a * b + b * b) / 3).mean(axis=0)  # of straight lines
+
+
+def as_held(points: NDArray) -> NDArray:
+    """The rows (TABLE_SIZE, ...) that Cycles keeps of the points (CURVE_POINTS, ...) of a curve of Blender's nodes."""
+    given = np.linspace(0, 1, CURVE_POINTS)
+    if points.ndim == 1:
+        return np.interp(_HELD, given, points)
+    return np.stack([np.interp(_HELD, given, column) for column in points.T], axis=-1)
 
 
 def spans_of(wavelengths_nm: ArrayLike) -> NDArray:

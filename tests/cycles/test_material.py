@@ -119,7 +119,7 @@ def test_unknown_backend(empty_file, one_sentence):
     [
         ((-1.5,), (1, 1, 1), TypeError, "inside = -1.5 is no Medium"),
         ((Medium(-1.5), "water"), (1, 1, 1), TypeError, "outside = 'water' is no Medium"),
-        ((Medium.parse("n-bk7"),), (1, 1, 1), ValueError, "n-bk7 disperses and absorbs"),
+        ((Medium.parse("n=table(500 1.5 600 1.4)"),), (1, 1, 1), ValueError, "does not cover 380 nm"),
         ((Medium(1.5), Medium(-1.33 + 1e-6j)), (1, 1, 1), ValueError, "n=-1.33+1e-06j absorbs"),
         ((Medium(-1.5),), (1, 1), ValueError, "three numbers from 0 to 1"),
         ((Medium(-1.5),), (1, 1, 1, 1), ValueError, "three numbers from 0 to 1"),
@@ -143,8 +143,8 @@ def test_a_node_of_what_is_no_medium_is_refused_and_leaves_nothing(empty_file, o
         interface_node(tree, None, backend="nodes")
     one_sentence(error.value, "inside = None is no Medium")
     with pytest.raises(ValueError) as error:
-        interface_node(tree, Medium(1.5), Medium.parse("nim-causal"), backend="nodes")
-    one_sentence(error.value, "nim-causal disperses", "give n=-1.33,mu=-1.33")
+        interface_node(tree, Medium(1.5), Medium.parse("n=table(500 1.5 600 1.4)"), backend="nodes")
+    one_sentence(error.value, "known from 500 to 600 nm", "does not cover 380 nm")
     assert not len(tree.nodes) and not len(bpy.data.node_groups)
 
 

@@ -10,10 +10,12 @@ import bpy
 
 from .closure import Closure, Socket, version_of
 from .interface import INTERFACE
+from .shutter import SHUTTER
 
-__all__ = ["CLOSURES", "INTERFACE", "Closure", "Socket", "closure_of", "closure_of_node", "version_of"]
+__all__ = ["CLOSURES", "INTERFACE", "SHUTTER", "Closure", "Socket", "closure_of", "closure_of_node", "version_of"]
 
-CLOSURES = (INTERFACE,)
+# SHUTTER bends no light: it tells the others, and all that shines, which wavelength the path has
+CLOSURES = (INTERFACE, SHUTTER)
 
 
 def closure_of(tree: bpy.types.NodeTree | None) -> Closure | None:

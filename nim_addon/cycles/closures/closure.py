@@ -20,7 +20,6 @@ from .formulas import Sheet
 
 # The custom property that holds which form of sockets and optics a group was filled with; what has none is of the first.
 VERSION_MARK = "nim_version"
-OUTPUT = "BSDF"
 
 
 class Socket(NamedTuple):
@@ -40,9 +39,20 @@ class Socket(NamedTuple):
     since: int = 1
 
 
+class Output(NamedTuple):
+    """An output of the group: `identifier` is the shader's output parameter, the rest what a person sees."""
+
+    identifier: str
+    name: str
+    type: str
+
+
+BSDF = Output("BSDF", "BSDF", "NodeSocketShader")
+
+
 @dataclass(frozen=True, eq=False)
 class Closure:
-    """A way in which a surface bends or mirrors light.
+    """A way in which a surface bends or mirrors light; or, with other outputs, what a shader knows for others.
 
     shader:    of osl/, without .osl; the custom property that holds a group's backend has the same name
     label:     what a person reads on its nodes
@@ -50,6 +60,7 @@ class Closure:
     version:   to be raised with every change to the sockets, the shader or the twin: versions.update() mends older files
     twin:      function(sheet) that writes the same formulas on the formulas.Sheet of a group; build() returns what it does
     heart:     type of a node without which the twin is not whole
+    outputs:   of its groups; the BSDF where nothing is said
     """
 
     shader: str
@@ -58,6 +69,7 @@ class Closure:
     version: int
     twin: Callable[[Sheet], Any]
     heart: str
+    outputs: tuple[Output, ...] = (BSDF,)
 
     # -------------------------------------------------------------------------------------------- its groups
 
@@ -85,16 +97,18 @@ class Closure:
     def is_present(self, group: bpy.types.NodeTree) -> bool:
         """Whether a group that is_of() this closure is of this version, and has the sockets and the optics of it."""
         sockets = {(item.in_out, item.name): item.socket_type for item in _items(group)}
-        wanted = {("INPUT", socket.name): socket.type for socket in self.sockets} | {
-            ("OUTPUT", OUTPUT): "NodeSocketShader"
-        }
+        wanted = {("INPUT", socket.name): socket.type for socket in self.sockets}
+        wanted |= {("OUTPUT", output.name): output.type for output in self.outputs}
         heart = "SCRIPT" if self.backend_of(group) == "osl" else self.heart
         return (
             version_of(group) == self.version
             and wanted.items() <= sockets.items()
             and any(node.type == heart for node in group.nodes)
-            and any(node.type == "GROUP_OUTPUT" and node.inputs[OUTPUT].is_linked for node in group.nodes)
+            and any(node.type == "GROUP_OUTPUT" and self._feeds(node) for node in group.nodes)
         )
+
+    def _feeds(self, leave):
+        return all(leave.inputs[output.name].is_linked for output in self.outputs)
 
     def group(self, backend: str = "auto") -> bpy.types.NodeTree:
         """The node group of that backend in this file, made on first use; every material shares it.
@@ -150,18 +164,19 @@ class Closure:
         self._give_sockets(group)
         group.nodes.clear()
         if backend == "osl":
-            return script.fill(group, self.shader, self.sockets)
+            return script.fill(group, self.shader, self.sockets, self.outputs)
         return self.twin(Sheet(group, {socket.identifier: socket.name for socket in self.sockets}))
 
     def _give_sockets(self, group):
-        types = {socket.name: socket.type for socket in self.sockets} | {OUTPUT: "NodeSocketShader"}
+        types = {item.name: item.type for item in (*self.sockets, *self.outputs)}
         for item in _items(group):  # another one of that name
             if types.get(item.name, item.socket_type) != item.socket_type:
                 group.interface.remove(item)
         kept = {(item.in_out, item.name): item for item in _items(group)}
-        if ("OUTPUT", OUTPUT) not in kept:
-            group.interface.new_socket(OUTPUT, in_out="OUTPUT", socket_type="NodeSocketShader")
-        for place, socket in enumerate(self.sockets, start=1):
+        for output in self.outputs:
+            if ("OUTPUT", output.name) not in kept:
+                group.interface.new_socket(output.name, in_out="OUTPUT", socket_type=output.type)
+        for place, socket in enumerate(self.sockets, start=len(self.outputs)):
             item = kept.get(("INPUT", socket.name))
             if item is None:
                 item = group.interface.new_socket(socket.name, in_out="INPUT", socket_type=socket.type)

@@ -322,8 +322,8 @@ class Sheet:
             elif isinstance(value, Complex):
                 self.name({f"Re {name}": value.re, f"Im {name}": value.im})
 
-    def end(self, closure: Value) -> None:
-        """Let the group give a closure; labels and places of all nodes follow."""
+    def end(self, *outputs: Value) -> None:
+        """Let the group give these, in the order of its outputs; labels and places of all nodes follow."""
         self._join_products()
         for value in self._values.values():
             if value.socket:
@@ -335,7 +335,8 @@ class Sheet:
             self._place(frame, feeding)
         leave = self.tree.nodes.new("NodeGroupOutput")
         leave.location = (max(frame.right for frame in self._frames), self._frames[-1].top)
-        self._nodes.feed(leave.inputs[0], closure.socket)
+        for socket, value in zip(leave.inputs, outputs, strict=False):  # the last is the one that makes further ones
+            self._nodes.feed(socket, value.socket)
 
     def _join_products(self):
         """Let one node do a sum and a product in it that has no name and no other use."""

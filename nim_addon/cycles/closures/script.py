@@ -65,18 +65,19 @@ def script_of(tree: bpy.types.NodeTree) -> bpy.types.Node | None:
     return next((node for node in tree.nodes if node.type == "SCRIPT"), None)
 
 
-def fill(tree: bpy.types.NodeTree, shader: str, sockets: Iterable) -> None:
+def fill(tree: bpy.types.NodeTree, shader: str, sockets: Iterable, outputs: Iterable) -> None:
     """Put the script node into the empty group `tree`, linked to its interface; update() compiles it.
 
-    sockets: closure.Socket of the interface, with the shader's parameters as identifiers
+    sockets, outputs: closure.Socket and .Output of the interface, with the shader's parameters as identifiers
     """
     script = tree.nodes.new("ShaderNodeScript")
     script.name = script.label = f"{shader}.osl"
     script.width = 220
     entry, leave = tree.nodes.new("NodeGroupInput"), tree.nodes.new("NodeGroupOutput")
     entry.location, leave.location = (-260, 0), (280, 0)
-    bsdf = script.outputs.new("NodeSocketShader", "BSDF", identifier="BSDF")
-    tree.links.new(bsdf, leave.inputs["BSDF"])
+    for output in outputs:
+        inner = script.outputs.new(output.type, output.name, identifier=output.identifier)
+        tree.links.new(inner, leave.inputs[output.name])
     for socket in sockets:
         inner = script.inputs.new(socket.type, socket.name, identifier=socket.identifier)
         inner.default_value = socket.default

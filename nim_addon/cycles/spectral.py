@@ -1,0 +1,262 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A scene that is rendered in all wavelengths at once: motion blur gives each path one, and all that shines is weighted.
+
+A picture in which nothing disperses is the same as before, in the mean; what disperses shows its colours. All that is set is
+written in the scene, so that undo() finds it.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import bpy
+import mathutils
+
+from . import wavelength
+from .closures.backends import osl_available, resolve
+from .closures.shutter import DRIFT, DRIFTS, REST
+from .nodes import Owner, uses_nodes
+from .visibility import as_rendered, asked, lamps, shown
+from .wavelength import set_neutral, set_stratum
+
+__all__ = ["Done", "backend_of", "is_spectral", "set_neutral", "set_stratum", "set_up", "undo"]
+
+MARK = "nim_spectral"  # of a scene: what its settings were; of nodes: that they are ours
+SHUTTER_TIME = (
+    0.01  # of a frame: as little as Blender takes, since whatever moves is seen in another place by each colour
+)
+# Settings that let the time of a path be its wavelength; the curve of the shutter is flat besides.
+SETTINGS: dict[str, Any] = {
+    "render.use_motion_blur": True,
+    "render.motion_blur_shutter": SHUTTER_TIME,
+    "render.motion_blur_position": "START",
+    "cycles.rolling_shutter_type": "NONE",
+    "cycles.use_adaptive_sampling": False,
+}
+# Where the colour of what shines stands, and what decides whether it does.
+EMITTERS = {
+    "EMISSION": ("Color", "Strength"),
+    "BACKGROUND": ("Color", "Strength"),
+    "BSDF_PRINCIPLED": ("Emission Color", "Emission Strength"),
+}
+
+
+class Done(NamedTuple):
+    """What set_up() gave weights to: how many lamps and materials, and whether the sky."""
+
+    lamps: int
+    materials: int
+    sky: bool
+
+
+def is_spectral(scene: bpy.types.Scene) -> bool:
+    """Whether a scene was set up to be rendered in all wavelengths at once."""
+    return MARK in scene
+
+
+def backend_of(scene: bpy.types.Scene) -> str:
+    """The backend, "osl" or "nodes", that tells the wavelength to a scene's materials: that of its media, or as resolve()."""
+    return resolve("auto", scene)
+
+
+def set_up(scene: bpy.types.Scene, backend: str = "auto") -> Done:
+    """Let a scene be rendered in all wavelengths at once, from now on, with this add-on or without.
+
+    What it gives weights to may be shared with other scenes: where motion blur is off it is white, as it was. Done anew it
+    finds what has come since. Raises as closures.backends.resolve() does.
+    """
+    backend = backend_of(scene) if backend == "auto" else resolve(backend)
+    wavelength.group(backend)  # raises, if it must, before anything is changed
+    if not is_spectral(scene):
+        _keep_settings(scene)
+    for path, value in SETTINGS.items():
+        _put(scene, path, value)
+    _flatten(scene)
+    with as_rendered(scene) as depsgraph:
+        meshes = list(dict.fromkeys(surface.original for surface in shown(scene, depsgraph)))
+        materials = {material for surface in shown(scene, depsgraph) for material in surface.materials if material}
+        shining = lamps(scene, depsgraph)
+    done = Done(
+        sum(_weigh(light, backend) for light in {lamp.data for lamp in shining}),
+        sum(_weigh(material, backend) for material in materials),
+        bool(scene.world) and _weigh(scene.world, "osl" if osl_available() else backend),
+    )
+    if backend == "nodes":
+        for obj in (*meshes, *shining):
+            _let_drift(obj)
+    return done
+
+
+def undo(scene: bpy.types.Scene) -> None:
+    """Take back what set_up() did: the scene's settings, the weights of what shines in it, and the drift of its objects."""
+    if not is_spectral(scene):
+        return
+    for path, value in json.loads(scene[MARK]).items():
+        if path == "curve":
+            _draw(scene.render.motion_blur_shutter_curve, value)
+        else:
+            _put(scene, path, value)
+    del scene[MARK]
+    for owner in {*_owners(scene)}:
+        _unweigh(owner)
+    for obj in scene.objects:
+        _stop(obj)
+    set_neutral()
+    set_stratum()
+
+
+# ------------------------------------------------------------------------------------------------ the scene's settings
+
+
+def _keep_settings(scene):
+    curve = [
+        (tuple(point.location), point.handle_type) for point in scene.render.motion_blur_shutter_curve.curves[0].points
+    ]
+    scene[MARK] = json.dumps({path: scene.path_resolve(path) for path in SETTINGS} | {"curve": curve})
+
+
+def _put(scene, path, value):
+    owner, _, name = path.partition(".")
+    if scene.path_resolve(path) != value:
+        setattr(getattr(scene, owner), name, value)
+
+
+def is_flat(scene: bpy.types.Scene) -> bool:
+    """Whether the curve of a scene's shutter is open all the time alike, so that all wavelengths are as likely as meant."""
+    mapping = scene.render.motion_blur_shutter_curve
+    mapping.initialize()
+    return all(abs(mapping.evaluate(mapping.curves[0], x / 32) - 1) < 1e-6 for x in range(33))
+
+
+def _flatten(scene):
+    if not is_flat(scene):
+        _draw(scene.render.motion_blur_shutter_curve, [((0.0, 1.0), "VECTOR"), ((1.0, 1.0), "VECTOR")])
+
+
+def _draw(mapping, points):
+    curve = mapping.curves[0]
+    while len(curve.points) > max(2, len(points)):
+        curve.points.remove(curve.points[1])
+    while len(curve.points) < len(points):
+        curve.points.new(0.5, 0.5)
+    for point, (location, handle) in zip(curve.points, points, strict=True):
+        point.location, point.handle_type = location, handle
+    mapping.update()
+
+
+# ------------------------------------------------------------------------------------------------ what shines
+
+
+def _owners(scene) -> Iterator[Owner]:
+    """All materials, lamps and skies of the file that may hold weights of a scene's."""
+    yield from bpy.data.materials
+    yield from (obj.data for obj in scene.objects if obj.type == "LIGHT")
+    if scene.world:
+        yield scene.world
+
+
+def _weigh(owner: Owner, backend: str) -> bool:
+    """Multiply all that shines in a material, lamp or sky by the weight of the wavelength; returns whether anything does."""
+    if not uses_nodes(owner):
+        if isinstance(owner, bpy.types.Material):
+            return False  # plain ones do not shine
+        _use_nodes(owner)
+    weighed = False
+    sockets = ("Surface",) if isinstance(owner, bpy.types.Light) else ("Surface", "Volume")
+    for node in {found.node for socket in sockets for found in asked(owner, socket)}:
+        if node.type not in EMITTERS:
+            continue
+        colour, strength = (node.inputs[name] for name in EMITTERS[node.type])
+        if not strength.is_linked and strength.default_value == 0:
+            continue
+        _weigh_socket(node.id_data, node, colour, backend)
+        weighed = True
+    return weighed
+
+
+def _use_nodes(owner):
+    owner.use_nodes = True
+    if isinstance(owner, bpy.types.World):
+        background = next(node for node in owner.node_tree.nodes if node.type == "BACKGROUND")
+        background.inputs["Color"].default_value = (*owner.color, 1.0)
+    owner.node_tree[MARK] = True
+
+
+def _weigh_socket(tree, node, socket, backend):
+    if any(link.from_node.get(MARK) for link in socket.links):
+        return
+    weight = wavelength.new_node(tree, backend)
+    product = tree.nodes.new("ShaderNodeMix")
+    product.data_type, product.blend_type, product.clamp_result = "RGBA", "MULTIPLY", False
+    product.name = product.label = "times the wavelength's weight"
+    product.location = (node.location.x - 200, node.location.y)
+    weight.location = (node.location.x - 400, node.location.y - 200)
+    weight[MARK] = product[MARK] = True
+    factor, first, second, result = _mix_sockets(product)
+    factor.default_value = 1.0
+    if socket.is_linked:
+        tree.links.new(socket.links[0].from_socket, first)
+    else:
+        first.default_value = socket.default_value
+    tree.links.new(weight.outputs[wavelength.WEIGHT], second)
+    tree.links.new(result, socket)
+
+
+def _mix_sockets(mix):
+    inputs = {socket.identifier: socket for socket in mix.inputs}
+    result = next(socket for socket in mix.outputs if socket.identifier == "Result_Color")
+    return inputs["Factor_Float"], inputs["A_Color"], inputs["B_Color"], result
+
+
+def _unweigh(owner):
+    if owner.node_tree is None:
+        return
+    trees, seen = [owner.node_tree], set()
+    while trees:
+        tree = trees.pop()
+        if tree in seen or tree.library:
+            continue
+        seen.add(tree)
+        for node in [node for node in tree.nodes if node.get(MARK) and node.type == "MIX"]:
+            _take_out(tree, node)
+        for node in [node for node in tree.nodes if node.get(MARK)]:
+            tree.nodes.remove(node)
+        trees += [node.node_tree for node in tree.nodes if node.type == "GROUP" and node.node_tree]
+    if owner.node_tree.get(MARK):
+        del owner.node_tree[MARK]
+        owner.use_nodes = False
+
+
+def _take_out(tree, product):
+    _, first, _, result = _mix_sockets(product)
+    for link in list(result.links):
+        target = link.to_socket
+        if first.is_linked:
+            tree.links.new(first.links[0].from_socket, target)
+        else:
+            target.default_value = first.default_value
+    tree.nodes.remove(product)
+
+
+# ------------------------------------------------------------------------------------------------ what drifts
+
+
+def _let_drift(obj):
+    """Let an object drift by DRIFT metres upwards of its own while the shutter is open, so that nodes can tell the time."""
+    _stop(obj)
+    obj[REST], obj[DRIFTS] = list(obj.matrix_world.translation), 1.0
+    up = mathutils.Vector((0, 0, 1))
+    if obj.parent:
+        up = (obj.parent.matrix_world @ obj.matrix_parent_inverse).to_3x3() @ up
+    rate = DRIFT / SHUTTER_TIME / (up.length or math.inf)
+    obj.driver_add("delta_location", 2).driver.expression = f"(frame - floor(frame)) * {rate:.9g}"
+
+
+def _stop(obj):
+    if DRIFTS in obj:
+        obj.driver_remove("delta_location", 2)
+        obj.delta_location[2] = 0
+        del obj[REST], obj[DRIFTS]

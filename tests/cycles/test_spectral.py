@@ -1,0 +1,184 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""All wavelengths in one render: what has no colour stays as it is, what disperses is at the path's own wavelength."""
+
+import bpy
+import numpy as np
+import pytest
+
+from nim_addon.cycles import dispersive, spectral, wavelength
+from nim_addon.cycles.closures import SHUTTER
+from nim_addon.cycles.material import interface_material, interface_nodes, interface_of, set_medium, switch_backend
+from nim_addon.cycles.nodes import Nodes, empty_tree, uses_nodes
+from nim_addon.physics import DISPERSIVE, REPRESENTATIVE_NM, VISIBLE_NM, Interface, Medium
+from nim_addon.physics.colour import CURVE_POINTS, Wavelengths
+from nim_addon.scenes.stage import Stage
+
+BENT = ("water-daimon", "n-bk7", "n-sf11", "silver", "gold", "fishnet")  # which are tables, their k at least
+BACKENDS = pytest.mark.parametrize("backend", ["osl", "nodes"])
+
+
+def glowing(stage, name, at=(0, 0, 0), colour=(1.0, 1.0, 1.0)):
+    """A square metre that glows, facing up; its object and its Emission."""
+    material = bpy.data.materials.new(name)
+    nodes = Nodes(empty_tree(material))
+    emission = nodes.add("ShaderNodeEmission", inputs={"Color": (*colour, 1.0)})
+    nodes.add("ShaderNodeOutputMaterial", inputs={"Surface": emission.outputs[0]})
+    corners = [(-0.5, -0.5, 0), (0.5, -0.5, 0), (0.5, 0.5, 0), (-0.5, 0.5, 0)]
+    return stage.mesh(name, corners, [(0, 1, 2, 3)], material, location=at), emission
+
+
+@pytest.fixture
+def stage(empty_file):
+    """A stage that looks down on a square metre, 16 x 16 pixels."""
+    stage = Stage("spectral", (16, 16), "nodes")
+    camera = stage.camera((1, 2, 4), (1, 2, 0.5), 10)
+    camera.data.type, camera.data.ortho_scale = "ORTHO", 0.8
+    stage.scene.cycles.shading_system = True
+    stage.scene.cycles.samples = 256
+    return stage
+
+
+@BACKENDS
+def test_what_has_no_colour_stays_as_it_is(stage, render, backend):
+    colour = np.array((0.2, 0.5, 0.9))
+    obj, emission = glowing(stage, "Light", (1, 2, 0.5), colour)
+    before = render(stage.scene).mean(axis=(0, 1))
+    done = spectral.set_up(stage.scene, backend)
+    assert done == (0, 1, False) and spectral.is_spectral(stage.scene)
+    picture = render(stage.scene)
+    # 256 well-spread wavelengths a pixel, and 256 pixels: what remains of chance is the table's, measured below 1e-3
+    np.testing.assert_allclose(picture.mean(axis=(0, 1)), before, rtol=2e-3)
+    assert (picture.std(axis=(0, 1)) / before).min() > 3e-4  # each pixel has its noise of colour: it is not just white
+    stage.scene.render.use_motion_blur = False
+    np.testing.assert_allclose(render(stage.scene).mean(axis=(0, 1)), before, rtol=1e-5)
+
+
+@BACKENDS
+def test_the_same_button_undoes_all(stage, backend):
+    obj, emission = glowing(stage, "Light", (1, 2, 0.5), (0.2, 0.5, 0.9))
+    lamp = stage.object("Lamp", bpy.data.lights.new("Lamp", "POINT"))
+    stage.world(bpy.data.worlds.new("Sky"))
+    scene = stage.scene
+    scene.render.motion_blur_shutter = 0.25
+
+    def state():
+        trees = [emission.id_data, *(owner.node_tree for owner in (lamp.data, scene.world) if uses_nodes(owner))]
+        nodes = [sorted(node.name for node in tree.nodes) for tree in trees]
+        settings = [scene.path_resolve(path) for path in spectral.SETTINGS]
+        return (
+            nodes,
+            settings,
+            len(emission.id_data.links),
+            obj.animation_data,
+            dict(obj.items()),
+            tuple(obj.delta_location),
+        )
+
+    before = state()
+    assert spectral.set_up(scene, backend) == (1, 1, True)
+    assert state() != before
+    spectral.set_up(scene, backend)  # a second time changes nothing
+    emission.inputs["Color"].links[0].from_node.inputs[6].default_value = (0.3, 0.4, 0.5, 1)
+    spectral.undo(scene)
+    assert not spectral.is_spectral(scene)
+    assert state()[:3] == before[:3] and state()[4:] == before[4:]
+    assert tuple(emission.inputs["Color"].default_value) == pytest.approx((0.3, 0.4, 0.5, 1))  # what was set meanwhile
+
+
+@BACKENDS
+def test_the_share_of_the_shutter_is_uniform_and_that_of_the_wavelength(stage, render, backend):
+    """Moments of u and of the wavelength over 65,536 paths, against those of the law; time taken as u would be off."""
+    obj, emission = glowing(stage, "Light", (1, 2, 0.5))
+    spectral.set_up(stage.scene, backend)
+    tree = emission.id_data
+    node = wavelength.new_node(tree, backend)
+    share = next(inner for inner in node.node_tree.nodes if SHUTTER.is_of(getattr(inner, "node_tree", None)))
+    nodes = Nodes(tree)
+    shutter = nodes.add("ShaderNodeGroup")
+    shutter.node_tree = share.node_tree
+    for link in list(emission.inputs["Color"].links):
+        tree.links.remove(link)
+    u = shutter.outputs["Share"]
+    square = nodes.add("ShaderNodeMath", inputs={0: u, 1: u}, operation="MULTIPLY").outputs[0]
+    for output, expected in ((u, 1 / 2), (square, 1 / 3)):
+        tree.links.new(output, emission.inputs["Color"])
+        # nodes tell the place of an object 2 m away to 1.2e-3 of its drift
+        np.testing.assert_allclose(
+            render(stage.scene).mean(), expected, rtol=0, atol=2e-4 if backend == "osl" else 1.5e-3
+        )
+    tree.links.new(node.outputs["Wavelength"], emission.inputs["Color"])
+    drawn = Wavelengths.by_importance().wavelength((np.arange(4096) + 0.5) / 4096).mean()
+    np.testing.assert_allclose(render(stage.scene).mean(), drawn, rtol=0, atol=0.5)
+
+
+@BACKENDS
+def test_strata_are_parts_of_the_same_picture(stage, render, backend):
+    obj, emission = glowing(stage, "Light", (1, 2, 0.5))
+    spectral.set_up(stage.scene, backend)
+    parts = []
+    for number in range(4):
+        spectral.set_stratum(number, 4)
+        parts.append(render(stage.scene).mean(axis=(0, 1)))
+    np.testing.assert_allclose(np.mean(parts, axis=0), 1, rtol=0, atol=2e-3)
+    u = (np.arange(4096) + 0.5) / 4096
+    expected = Wavelengths.by_importance().weight(u).reshape(4, 1024, 3).mean(axis=1)
+    np.testing.assert_allclose(parts, expected, rtol=0, atol=5e-3)
+
+
+@pytest.mark.parametrize("name", DISPERSIVE)
+def test_a_medium_node_gives_the_numbers_of_its_medium(stage, render, name):
+    medium = Medium.parse(name)
+    obj, emission = glowing(stage, "Light", (1, 2, 0.5))
+    stage.scene.cycles.samples = 1
+    tree = emission.id_data
+    node = dispersive.medium_node(tree, medium, "osl")
+    assert dispersive.medium_of(node) == medium and str(dispersive.medium_of(node)) == name
+    nodes = Nodes(tree)
+    step = (VISIBLE_NM[1] - VISIBLE_NM[0]) / (CURVE_POINTS - 1)
+
+    def numbers(nm):
+        there = medium.at(nm)
+        return np.array((there.n, there.k, there.mu, there.mu_imag, there.absorption(nm)))
+
+    for nm in (400, 487, REPRESENTATIVE_NM, 633, 707):
+        wavelength.set_neutral(nm)
+        # straight lines cut off the corner of a table, by what it bends within one of them
+        bend = np.abs(numbers(nm - step) + numbers(nm + step) - 2 * numbers(nm)) if name in BENT else np.zeros(5)
+        for output, number, cut in zip(dispersive.OUTPUTS, numbers(nm), bend, strict=True):
+            scale = 1 / max(abs(number), 1e-12)
+            # as a number near 3, so that the signs of what is below 0 are seen
+            shown = nodes.add(
+                "ShaderNodeMath", inputs={0: node.outputs[output], 1: scale, 2: 3.0}, operation="MULTIPLY_ADD"
+            ).outputs[0]
+            tree.links.new(shown, emission.inputs["Color"])
+            measured = (float(render(stage.scene).mean(dtype=float)) - 3) / scale
+            assert measured == pytest.approx(number, abs=2e-6 * abs(number) + cut), (
+                output,
+                nm,
+            )  # the film keeps 2e-7 of 3
+    wavelength.set_neutral()
+
+
+def test_media_that_are_the_same_share_a_group(empty_file):
+    tree = empty_tree(bpy.data.materials.new("Two"))
+    one, other = (dispersive.medium_node(tree, Medium.parse("n-bk7"), "nodes") for _ in range(2))
+    assert one.node_tree == other.node_tree
+    assert dispersive.medium_node(tree, Medium.parse("nim-causal"), "nodes").node_tree != one.node_tree
+    with pytest.raises(ValueError, match="same at all wavelengths"):
+        dispersive.medium_node(tree, Medium(-1.5), "nodes")
+    assert dispersive.switch(bpy.data.materials["Two"], "osl") == 3
+    assert dispersive.medium_of(one) == Medium.parse("n-bk7") and one.node_tree[dispersive.BACKEND] == "osl"
+
+
+@BACKENDS
+def test_an_interface_takes_a_medium_that_disperses(empty_file, backend):
+    material = interface_material("Causal", Medium.parse("nim-causal"), backend=backend)
+    node = interface_nodes(material)[0]
+    assert str(interface_of(node).inside) == "nim-causal" and interface_of(node).outside == Medium(1.0)
+    set_medium(node, "Outside", Medium.parse("n-bk7"))
+    assert str(interface_of(node).outside) == "n-bk7" and len(material.node_tree.nodes) == 4
+    other = "nodes" if backend == "osl" else "osl"
+    assert switch_backend(material, other) == 3 and str(interface_of(node).outside) == "n-bk7"
+    for side in ("Inside", "Outside"):
+        set_medium(node, side, Medium(-1.5, -3))
+    assert interface_of(node) == Interface(Medium(-1.5, -3), Medium(-1.5, -3)) and len(material.node_tree.nodes) == 2

@@ -22,6 +22,7 @@ from ..cycles.visibility import asked, has_nodes, is_interface, value_of
 POWER = 0.05
 WHITE = (1.0, 1.0, 1.0)
 SHINY = 0.003  # Cycles takes a rougher closure as not quite a mirror, and finds lamps in it
+LOSSES = ("Extinction", "Permeability Loss", "Absorption")  # of an interface, by which it takes light
 THROUGH = "Through"  # the socket of the photons' interface for a factor on what passes, not on what is reflected
 DIFFUSE = {"BSDF_DIFFUSE", "EEVEE_SPECULAR", "SUBSURFACE_SCATTERING", "BSDF_TRANSLUCENT"}
 MIRRORS = {"BSDF_GLOSSY", "BSDF_GLASS", "BSDF_REFRACTION"}
@@ -121,6 +122,8 @@ class Bending:
         interface = interface_of(node, path)
         self.shares.add(interface and round((interface.outside.n / interface.inside.n) ** 2, 9))
         self.tinted |= not _is_white(node.inputs["Tint"], path)
+        losses = (node.inputs[f"{loss} {side}"] for loss in LOSSES for side in ("Inside", "Outside"))
+        self.tinted |= any(value_of(socket, path) != 0.0 for socket in losses)
 
     def _vitrify(self, glass, path):
         """Put our interface, whose crossings are counted, in the place of a Glass or Principled BSDF: they are the same."""
@@ -172,6 +175,12 @@ class Bending:
         nodes = Nodes(group)
         # Blender's Glass cannot tell what it reflects from what it lets through
         _unlinked(optics.glass_or_not.inputs[0]).default_value = 0.0
+        # where no ray goes on all are mirrored, and what the surface absorbs of them is counted apart, as on the way to it
+        clear = nodes.math("SUBTRACT", 1.0, switch(nodes, "tinted"))
+        mirrored = nodes.math("MULTIPLY", optics.stops, clear)
+        R, lost = (node.inputs[0] for node in (optics.reflected_or_not, optics.absorbed_or_not))
+        nodes.feed(R, nodes.math("MAXIMUM", fed(R), mirrored))
+        nodes.feed(lost, nodes.math("MULTIPLY", fed(lost), switch(nodes, "tinted")))
         tint = optics.reflected.inputs["Color"].links[0].from_socket
         through = nodes.vector("MULTIPLY", tint, nodes.add("NodeGroupInput").outputs[THROUGH])
         reflected, passed = (nodes.mix(switch(nodes, "tinted"), WHITE, color) for color in (tint, through))

@@ -9,7 +9,7 @@ import pytest
 
 from nim_addon.caustics.lights import Sun
 from nim_addon.caustics.photons import Tracer
-from nim_addon.cycles.material import interface_material, interface_node
+from nim_addon.cycles.material import NODE_NAME, interface_material, interface_node
 from nim_addon.cycles.nodes import Nodes, empty_tree
 from nim_addon.physics import Interface, Medium
 from nim_addon.scenes import shapes
@@ -63,6 +63,40 @@ def test_an_absorbing_volume_takes_light_and_moves_nothing(n, density, empty_fil
     length = math.hypot(0.3, 1.0)
     most = np.median(power / whole, axis=0)
     assert most == pytest.approx(np.exp(-density * length * np.array([1.0, 0.5, 0.0])), rel=1e-3)
+
+
+def losing(medium, **losses):
+    """A material of an interface whose sockets of those names, Inside, have those values."""
+    material = interface_material("Box", medium, backend="nodes")
+    for name, value in losses.items():
+        material.node_tree.nodes[NODE_NAME].inputs[f"{name} Inside"].default_value = value
+    return material
+
+
+@pytest.mark.parametrize("alpha", [0.5, 5.0])
+@pytest.mark.parametrize("n", [1.0, -1.0])
+def test_an_absorbing_interface_takes_light_and_moves_nothing(n, alpha, empty_file):
+    sun = DOWN._replace(direction=(0.3, 0.0, -1.0))
+    there, whole = landed(scene_of(interface_material("Box", Medium(n), backend="nodes")), sun)
+    place, power = landed(scene_of(losing(Medium(n), Absorption=alpha)), sun)
+    assert np.array_equal(place, there)
+    most = np.median(power / whole, axis=0)
+    assert most == pytest.approx(np.full(3, np.exp(-alpha * math.hypot(0.3, 1.0))), rel=1e-3)
+
+
+def test_a_metal_mirrors_its_share_to_where_a_mirror_does(empty_file):
+    silver = Medium(0.05 + 3.3j)
+    material = losing(Medium(silver.n), Extinction=silver.k)
+    scene = scene_of(material, shapes.rectangle((-1, -1), (1, 1)))
+    roof = scene.objects["Surface"]
+    roof.rotation_euler.y = math.radians(-60)  # sends what comes from above away and down
+    place, power = landed(scene)
+    mirror = scene_of(principled(Metallic=1.0), shapes.rectangle((-1, -1), (1, 1)))
+    mirror.objects["Surface"].rotation_euler.y = math.radians(-60)
+    there, whole = landed(mirror)
+    assert np.median(place, axis=0) == pytest.approx(np.median(there, axis=0), abs=0.01)
+    R = float(Interface(silver).fresnel(0.5).R)
+    assert R < 0.99 and power.sum() == pytest.approx(R * whole.sum(), rel=3e-3)
 
 
 def test_a_volume_alone_stops_nothing_and_takes_its_part(empty_file):

@@ -69,7 +69,7 @@ def add_to(commands: argparse._SubParsersAction) -> None:
     )
     at = parser.add_mutually_exclusive_group()
     at.add_argument(
-        "--wavelength", type=_wavelength, metavar="NM", help=f"in vacuum, nanometres ({REPRESENTATIVE_NM:g})"
+        "--wavelength", type=words.wavelength, metavar="NM", help=f"in vacuum, nanometres ({REPRESENTATIVE_NM:g})"
     )
     at.add_argument(
         "--spectrum",
@@ -83,14 +83,6 @@ def add_to(commands: argparse._SubParsersAction) -> None:
     form = parser.add_mutually_exclusive_group()
     form.add_argument("--csv", action="store_true", help="comma-separated values")
     words.add_json(form)
-
-
-def _wavelength(text: str) -> float:
-    value = words.number("--wavelength")(text)
-    try:
-        return float(wavelengths(value))
-    except ValueError as error:
-        raise UsageError(str(error)) from None
 
 
 def _steps(text: str) -> Steps:

@@ -53,10 +53,12 @@ def _allowed(field: dataclasses.Field) -> str:
     data = field.metadata
     if data["kind"] in ("number", "integer"):
         return f"{data['low']:g} to {data['high']:g}{' ' + data['unit'] if data.get('unit') else ''}"
+    if data["kind"] == "index":
+        return f"{data['low']:g} to {data['high']:g}, or a medium"
     if data["kind"] == "switch":
         return "yes or no"
     if data["kind"] == "liquid":
-        return "none, a medium's name, or an index"
+        return "none, an index, or a medium"
     if data["kind"] == "mesh":
         return ", ".join(data["choices"]) + ", or a PLY, OBJ or STL file"
     return ", ".join(data["choices"])

@@ -13,6 +13,7 @@ from ..base.options import BACKENDS, LARGEST_SIDE, LAST_FRAME, SCENE_NAMES
 from ..base.text import fit
 from ..physics import Medium
 from ..physics.media import to_number
+from ..physics.spectra import wavelengths
 
 A_SCENE = f"{', '.join(SCENE_NAMES[:-1])} or {SCENE_NAMES[-1]}"
 LONGEST_NAME = 200  # bytes, of the 255 that file systems take: what is half written has a longer one
@@ -174,19 +175,34 @@ def folder(text: str) -> str:
     return text
 
 
+def wavelength(text: str) -> float:
+    """A vacuum wavelength, nanometres."""
+    value = number("--wavelength")(text)
+    try:
+        return float(wavelengths(value))
+    except ValueError as error:
+        raise UsageError(str(error)) from None
+
+
+# Where values part: not within the brackets of a function, nor before what belongs to the medium that comes before it.
+_BETWEEN = re.compile(r",(?![^()]*\))(?!\s*(?:mu|k|length)\s*=)")
+_AN_OWN_MU = re.compile(r"([^=,()]+),\s*(mu\s*=[^,()]+)")
+
+
 def variants(words: Sequence[str], liquids: Sequence[str]) -> list[list[str]]:
     """The settings of each variant, lists of texts "key=value", from words such as "liquid=none,n=-1.33,mu=-10".
 
-    liquids: the keys whose values are media, to which a mu=, k= or length= among them belongs; elsewhere mu is a
-             parameter of its own
+    liquids: the keys whose values are media, to which a mu= among them belongs; elsewhere mu is a parameter of its own
+             where a number comes before it
     """
     settings = []
     for word in words:
         key, equals, values = word.partition("=")
         if not equals:
             raise UsageError(f"--vary {word!r} is not understood; write KEY=A,B,C.")
-        for value in re.split(r",(?!\s*(?:mu|k|length)\s*=)", values):
-            settings.append([f"{key}={value}"] if key in liquids else f"{key}={value}".split(","))
+        for value in _BETWEEN.split(values):
+            apart = None if key in liquids else _AN_OWN_MU.fullmatch(value)
+            settings.append([f"{key}={apart[1]}", apart[2]] if apart else [f"{key}={value}"])
     if len(settings) < 2:
         raise UsageError(f"--vary {' '.join(words)} is one image; give at least two values, KEY=A,B.")
     return settings

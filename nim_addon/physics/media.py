@@ -9,7 +9,8 @@ from __future__ import annotations
 import difflib
 import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
@@ -171,6 +172,23 @@ class Medium:
     def permeability(self) -> complex:
         """The complex relative permeability."""
         return complex(self.mu, self.mu_imag)
+
+    @property
+    def file(self) -> Path | None:
+        """The file that it was read from, as it was named; None where it was not."""
+        name = self.dispersion.name if self.dispersion else None
+        return Path(name) if name and name.lower().endswith(SUFFIXES) else None
+
+    def with_mu(self, mu: complex | str) -> Medium:
+        """The medium of the same n and k with another permeability.
+
+        Raises ValueError where no medium has both, and for one that is given by its epsilon, since n goes with mu there.
+        """
+        if self.dispersion is None:
+            return Medium(self.index if self.is_complex else self.n, mu)
+        if self.dispersion.epsilon is not None:
+            raise ValueError(f"mu = {mu} does not go with {self}, which has a mu of its own; leave mu out.")
+        return self.dispersive(replace(self.dispersion, mu=_finite("mu", mu), name=None))
 
     @property
     def is_complex(self) -> bool:

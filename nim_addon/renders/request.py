@@ -34,9 +34,7 @@ class Request(Asked):
         if self.blend:
             del record["blend"]["file"]
         else:
-            record["parameters"] |= {
-                name: sha256_of(path) for name, path in known(self.parameters).mesh_files().items()
-            }
+            record["parameters"] |= {name: sha256_of(path) for name, path in known(self.parameters).files().items()}
         return hashlib.sha256(json.dumps(record, sort_keys=True).encode()).hexdigest()
 
     # -------------------------------------------------------------------------------------------- the act

@@ -128,7 +128,7 @@ class Session(Generic[Kind]):
 
         folder:  where to; made if missing
         seed:    in place of the request's
-        keep:    what is there already, whole and made of the same, and no older than a mesh file, is not rendered again
+        keep:    what is there already, whole and made of the same, and no older than its files, is not rendered again
         blend:   also save NAME.blend there
         showing: called with the name and the samples; returns a context that gives cycles.render.render()'s progress
         tracing: called with samples and photons; returns a context that gives caustics.bake()'s progress
@@ -188,8 +188,8 @@ def _found(folder, name, request, blend):
     with contextlib.suppress(OSError, RuntimeError):  # there is no such home, as will be said
         exr = Path(folder).expanduser() / f"{name}.exr"
         same = record_of(exr) == request.record() and (not blend or exr.with_suffix(".blend").is_file())
-        meshes = request.parameters.mesh_files().values() if request.parameters else ()
-        if same and all(mesh.stat().st_mtime < exr.stat().st_mtime for mesh in meshes):  # recorded by its path alone
+        files = request.parameters.files().values() if request.parameters else ()
+        if same and all(file.stat().st_mtime < exr.stat().st_mtime for file in files):  # recorded by its path alone
             return exr
     return None
 

@@ -50,7 +50,7 @@ TOWARDS_SUN, SUN_IRRADIANCE = (-0.55, 0.30, 0.78), (3.748, 3.467, 2.998)
 class GlassParameters(Parameters):
     """Parameters of the glass scene."""
 
-    liquid: Medium | None = liquid(MEDIA["nim"], "what fills the glass: none, water, nim or any index")
+    liquid: Medium | None = liquid(MEDIA["nim"], "what fills the glass: none, water, nim or any medium")
     view: str = choice("side", "where the camera looks from", ("side", "top"))
     straw: bool = switch(True, "the straw in the glass")
     figures: str = mesh_file(

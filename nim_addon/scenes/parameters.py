@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import math
 from collections.abc import Iterable, Mapping
@@ -14,6 +15,7 @@ import numpy as np
 from ..base.text import fit, in_any_case, unknown
 from ..physics import MEDIA, Medium
 from ..physics.media import plain_minus, to_number
+from ..physics.refractiveindex import SUFFIXES
 
 
 # A field has any type: what a dataclass takes from it is its default.
@@ -45,8 +47,19 @@ def choice(default: str, description: str, choices: Iterable[str]) -> Any:
 
 
 def liquid(default: Medium | None, description: str) -> Any:
-    """A field that holds None, or the Medium that fills a vessel, of a real index."""
+    """A field that holds None, or the Medium that fills a vessel."""
     return dataclasses.field(default=default, metadata={"kind": "liquid", "description": description})
+
+
+def index(default: float, description: str, low: float, high: float) -> Any:
+    """A field that holds a real refractive index, a float, or the Medium of anything else that a person names.
+
+    low, high: of the real part of n
+    """
+    return dataclasses.field(
+        default=default,
+        metadata={"kind": "index", "description": description, "low": low, "high": high, "unit": ""},
+    )
 
 
 def mesh_file(default: str, description: str, words: Iterable[str]) -> Any:
@@ -93,11 +106,16 @@ class Parameters:
         values = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
         return {key: str(value) if isinstance(value, Medium) else value for key, value in values.items()}
 
-    def mesh_files(self) -> dict[str, Path]:
-        """The mesh files that they name, by the fields that do."""
-        meshes = [field for field in dataclasses.fields(self) if field.metadata["kind"] == "mesh"]
-        values = {field.name: (getattr(self, field.name), field.metadata["choices"]) for field in meshes}
-        return {name: Path(value) for name, (value, words) in values.items() if value not in words}
+    def files(self) -> dict[str, Path]:
+        """The files that they name, of meshes and of media, by the fields that do."""
+        named = {}
+        for field in dataclasses.fields(self):
+            value = getattr(self, field.name)
+            if field.metadata["kind"] == "mesh" and value not in field.metadata["choices"]:
+                named[field.name] = Path(value)
+            elif isinstance(value, Medium) and (path := value.file) is not None:
+                named[field.name] = path
+        return named
 
     def assignments(self) -> list[str]:
         """The fewest texts "key=value" that read() makes these parameters of; a list."""
@@ -156,7 +174,9 @@ def _checked(field, value):
             raise ValueError(f"{name} = {value!r} is neither on nor off.")
         return answer
     if kind == "liquid":
-        return None if str(value).lower() in ("none", "empty") else Medium.parse(value, real=True)
+        return None if str(value).lower() in ("none", "empty") else _medium(value)
+    if kind == "index":
+        return _index(field, value)
     choices = field.metadata["choices"]
     if (word := in_any_case(str(value), choices)) in choices:
         return word
@@ -181,6 +201,32 @@ def _number(field, value):
     if not math.isfinite(number) or not low <= number <= high:
         raise ValueError(f"{name} = {value} is out of range; it lies between {low:g} and {high:g}{unit}.")
     return number
+
+
+def _index(field, value):
+    if isinstance(value, Medium) or np.iscomplexobj(value) or (isinstance(value, str) and not _is_number(value)):
+        medium = Medium(value) if np.iscomplexobj(value) else _medium(value)
+        _number(field, medium.n)
+        return medium
+    return _number(field, value)
+
+
+def _is_number(text):
+    try:
+        to_number(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _medium(value):
+    """The Medium that a person wrote; one of a file is called by the whole of its path."""
+    text = str(value).strip()
+    if text.lower().endswith(SUFFIXES):
+        with contextlib.suppress(OSError, RuntimeError):  # a name that is too long, a person who has no home here
+            path = Path(text).expanduser()
+            text = str(path.resolve()) if path.is_file() else text
+    return Medium.parse(text)
 
 
 def _mesh_path(name, value, words):

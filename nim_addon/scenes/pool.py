@@ -39,7 +39,7 @@ NAVY, ORANGE = (0.012, 0.03, 0.12), (0.80, 0.27, 0.04)
 class PoolParameters(Parameters):
     """Parameters of the pool; `mu`, where given, is put into `liquid`, so that `liquid` is what fills the pool."""
 
-    liquid: Medium | None = liquid(Medium(-1.33), "what fills the pool: none, water, nim, an index, or n=-1.33,mu=-10")
+    liquid: Medium | None = liquid(Medium(-1.33), "what fills the pool: none, water, nim, n=-1.33,mu=-10 or any medium")
     mu: float | None = number(None, "relative permeability of the liquid; the liquid's own if left out", -100.0, 100.0)
     view: str = choice("side", "where the eye is: beside the pool, above it, under water", ("side", "top", "window"))
     sky: str = choice("overcast", "the light: a grey sky, or a blue one with the sun", ("overcast", "sunny"))
@@ -55,7 +55,7 @@ class PoolParameters(Parameters):
         if self.mu is not None:
             if self.liquid is None:
                 raise ValueError(f"mu = {self.mu:g} needs a liquid; an empty pool has none, so leave mu out.")
-            object.__setattr__(self, "liquid", Medium(self.liquid.n, self.mu))
+            object.__setattr__(self, "liquid", self.liquid.with_mu(self.mu))
         # where waves meet later, crests were seen to rise to 0.92 of the height at time 0, in 40 seeds over two minutes
         look = self.time and self.waves > -LEVEL and self.liquid is not None
         if look and liquid_surface(self.waves, self.seed, self.time)[0][:, 2].max() >= 0:

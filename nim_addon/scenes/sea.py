@@ -34,7 +34,7 @@ class SeaParameters(Parameters):
     """Parameters of the sea."""
 
     liquid: Medium | None = liquid(
-        Medium(1.33), "what the sea is made of: none, water, nim, an index, or n=-1.33,mu=-10"
+        Medium(1.33), "what the sea is made of: none, water, nim, n=-1.33,mu=-10 or any medium"
     )
     view: str = choice("up", "where the eye under water looks: straight up, or obliquely", ("up", "oblique"))
     waves: float = number(0.1, "height of the waves, four times the standard deviation; 0 is calm", 0.0, 0.5, "m")

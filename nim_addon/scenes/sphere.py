@@ -11,7 +11,7 @@ import bpy
 from ..cycles.material import interface_material
 from ..physics import Medium
 from . import shapes, surfaces
-from .parameters import Parameters, number, switch
+from .parameters import Parameters, index, number, switch
 from .stage import Pose, Stage, staged
 
 SIZE = (800, 600)  # pixels of its picture, where nothing else is asked for
@@ -42,9 +42,9 @@ COMPANIONS = (
 
 @dataclass(frozen=True)
 class SphereParameters(Parameters):
-    """Parameters of the sphere scene."""
+    """Parameters of the sphere scene; `n` is the Medium where a real index and `mu` do not say all of it."""
 
-    n: float = number(-1.5, "refractive index of the sphere", -10.0, 10.0)
+    n: float | Medium = index(-1.5, "refractive index of the sphere, or any medium", -10.0, 10.0)
     mu: float | None = number(None, "relative permeability of the sphere; the sign of n if left out", -100.0, 100.0)
     companions: bool = switch(False, "an opaque red sphere behind, a blue one in front")
 
@@ -52,12 +52,17 @@ class SphereParameters(Parameters):
 
     def __post_init__(self):
         super().__post_init__()
-        medium = Medium(self.n, self.mu)
-        object.__setattr__(self, "mu", medium.mu)
+        medium = self.medium
+        # numbers where they say it all; else the medium holds its own mu
+        n, mu = (medium.n, medium.mu) if medium.is_real else (medium, None)
+        object.__setattr__(self, "n", n)
+        object.__setattr__(self, "mu", mu)
 
     @property
     def medium(self) -> Medium:
         """The Medium inside the sphere."""
+        if isinstance(self.n, Medium):
+            return self.n if self.mu is None else self.n.with_mu(self.mu)
         return Medium(self.n, self.mu)
 
 

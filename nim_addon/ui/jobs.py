@@ -218,7 +218,8 @@ def all_variants(settings: NIM_PG_scenes, folder: Path) -> Work:
     (key,), variants = scene_type.compared, scene_type.variants()
     medium = parameters.medium if key == "n" else getattr(parameters, key)
     if medium is not None and medium.is_nim:
-        variants[-1] = [f"{key}={medium}"] if key == "liquid" else str(medium).split(",")
+        apart = key == "n" and medium.is_real  # its mu is a parameter of its own
+        variants[-1] = str(medium).split(",") if apart else [f"{key}={medium}"]
     # the medium brings its own permeability
     kept = [text for text in parameters.assignments() if text.partition("=")[0] not in (key, "mu")]
     joined = free_name(folder, f"{file_name(settings.scene, kept)}_compare")

@@ -18,7 +18,9 @@ from .translations import OWN
 SCENE_NUMBERS = {"glass": 0, "pool": 1, "sphere": 2, "sea": 3}
 LIQUID_NUMBERS = {"none": 0, "custom": 1, "water": 2, "nim": 3, "glass": 4, "diamond": 5}
 LIQUID_NUMBERS |= {"nim-1.025": 6, "nim-1.5": 7, "nim-2.418": 8, "nim-4.1": 9, "nim-mu10": 10, "nim-mu25": 11}
-FILE_NUMBER = 100  # a mesh file of one's own, after all the words there may ever be
+FILE_NUMBER = WORDS_NUMBER = 100  # a mesh file, or a medium, of one's own, after all the words there may ever be
+LIQUID_NUMBERS |= {"words": WORDS_NUMBER}
+INDEX_NUMBERS = {"number": 0, "words": WORDS_NUMBER}
 QUALITY_ITEMS = [
     ("DEFAULT", "Default", "The samples of the add-on's preferences, full size", "NONE", 0),
     ("DRAFT", "Draft", "32 samples, half size: seconds", "NONE", 1),
@@ -38,6 +40,7 @@ LIQUIDS = {None: "none"} | {MEDIA[word]: word for word in reversed(LIQUID_NUMBER
 # Samples a pixel (None: those of the preferences) and the part of the scene's own size in percent.
 QUALITIES = {"DEFAULT": (None, 100), "DRAFT": (32, 50), "GOOD": (256, 100), "FINAL": (2048, 100)}
 
+INDEX_LABELS = {"number": "Own Index", "words": "Own Medium"}
 LABELS = {"n": "Index", "mu": "Permeability"}
 # Where a number that is chosen from the others starts as a person takes it over: at a NIM's permeability.
 FIRST = -1.0
@@ -90,6 +93,21 @@ def _number_properties(field, fields):
     return own
 
 
+def _words_property():
+    return StringProperty(
+        name="Medium",
+        description="Any medium, as --set takes it: n-bk7, n=-1.33,length=0.05, or the path of a .yml file of "
+        "refractiveindex.info",
+        update=_changed,
+    )
+
+
+def _index_properties(field, fields):
+    name, items = field.name, [(word, INDEX_LABELS[word], "", "NONE", number) for word, number in INDEX_NUMBERS.items()]
+    kind = EnumProperty(name="Medium", description="What it is made of", items=items, default="number", update=_changed)
+    return {f"{name}_medium": kind, **_number_properties(field, fields), f"{name}_words": _words_property()}
+
+
 def _integer_properties(field, fields):
     low, high = field.metadata["low"], field.metadata["high"]
     return {field.name: IntProperty(default=field.default, min=low, max=high, **_texts(field))}
@@ -110,12 +128,13 @@ def _liquid_properties(field, fields):
         own[f"{name}_mu"] = _float("Permeability", help_mu, -100, 100, FIRST)
         help_use = "Set it here; else it is 1 with the sign of the index"
         own[f"use_{name}_mu"] = _switch_of_own("Permeability", help_use)
+    own[f"{name}_words"] = _words_property()
     return own
 
 
 def _liquid_label(word):
     if word not in MEDIA:
-        return {"none": "None (Empty)", "custom": "Own Index"}[word]
+        return {"none": "None (Empty)", "custom": "Own Index", "words": "Own Medium"}[word]
     name = word.partition("-")[0]
     return f"{'NIM' if name == 'nim' else name.title()} ({str(MEDIA[word]).replace('=', ' = ').replace(',', ', ')})"
 
@@ -140,6 +159,7 @@ def _mesh_properties(field, fields):
 # By the kind of a field of Parameters: the properties that hold it, and whatever its value may need.
 _PROPERTIES = {
     "number": _number_properties,
+    "index": _index_properties,
     "integer": _integer_properties,
     "switch": _switch_properties,
     "liquid": _liquid_properties,
@@ -170,7 +190,11 @@ def value_of(group: bpy.types.PropertyGroup, field: dataclasses.Field) -> object
     value = getattr(group, name)
     if kind == "number":
         return None if field.default is None and not getattr(group, f"use_{name}") else plain(value)
+    if kind == "index":
+        return getattr(group, f"{name}_words") if getattr(group, f"{name}_medium") == "words" else plain(value)
     if kind == "liquid":
+        if value == "words":
+            return getattr(group, f"{name}_words")
         if value != "custom":
             return None if value == "none" else MEDIA[value]
         own = hasattr(group, f"use_{name}_mu") and getattr(group, f"use_{name}_mu")
@@ -192,7 +216,11 @@ def take(group: bpy.types.PropertyGroup, parameters: Parameters) -> None:
     values = {name: group.bl_rna.properties[name].default for name in type(group).__annotations__}
     for name in (text.partition("=")[0] for text in parameters.assignments()):
         value = getattr(parameters, name)
-        values[name] = LIQUIDS[value] if value is None or isinstance(value, Medium) else value
+        if isinstance(value, Medium) and value not in LIQUIDS:
+            values[f"{name}_words"] = str(value)
+            values[f"{name}_medium" if f"{name}_medium" in values else name] = "words"
+        else:
+            values[name] = LIQUIDS[value] if value is None or isinstance(value, Medium) else value
         if f"use_{name}" in values:
             values[f"use_{name}"] = True
     for name, value in values.items():

@@ -146,7 +146,10 @@ def _draw_automatic(layout, group, name, label):
 
 def _draw_field(layout, group, field):
     kind, name = field.metadata["kind"], field.name
-    if kind == "number" and field.default is None:
+    if kind == "index":
+        layout.prop(group, f"{name}_medium")
+        layout.prop(group, f"{name}_words" if getattr(group, f"{name}_medium") == "words" else name)
+    elif kind == "number" and field.default is None:
         _draw_automatic(layout, group, name, label_of(field))
     elif name == "view":
         row = layout.row()
@@ -158,6 +161,8 @@ def _draw_field(layout, group, field):
         layout.prop(group, f"{name}_n")
         if hasattr(group, f"use_{name}_mu"):
             _draw_automatic(layout, group, f"{name}_mu", "Permeability")
+    elif kind == "liquid" and getattr(group, name) == "words":
+        layout.prop(group, f"{name}_words")
     elif kind == "mesh" and getattr(group, name) == "file":
         layout.prop(group, f"{name}_file")
 

@@ -16,7 +16,7 @@ from nim_addon.base.version import VERSION
 from nim_addon.caustics import PHOTONS
 from nim_addon.cycles.images import read_metadata
 from nim_addon.cycles.material import resolve
-from nim_addon.physics import MEDIA, Medium
+from nim_addon.physics import MEDIA
 from nim_addon.renders import asked as asked_module
 from nim_addon.renders import changes
 from nim_addon.renders import session as session_module
@@ -210,15 +210,17 @@ def test_a_record_that_no_render_has_is_refused_in_a_sentence(key, value, one_se
     assert str(caught.value).startswith("mine.exr")
 
 
-@pytest.mark.parametrize("liquid", ["nim-causal", "n=-1.33+1e-06j", "epsilon=drude(360 0),mu=drude(360 0)"])
-def test_a_record_holds_no_medium_that_disperses_or_absorbs(liquid, one_sentence):
-    record = Request.of("pool", ["liquid=nim"]).record()
-    with pytest.raises(ValueError) as caught:
-        Request.from_record({**record, "parameters": {**record["parameters"], "liquid": liquid}}, "mine.exr")
-    one_sentence(caught.value, "mine.exr", "renders take a real index so far")
-    with pytest.raises(ValueError) as caught:
-        Request.of("pool", {"liquid": Medium.parse(liquid)})
-    one_sentence(caught.value, "renders take a real index so far")
+@pytest.mark.parametrize(
+    "text",
+    ["nim-causal", "n=-1.33+1e-06j", "n=-1.33,length=0.05", "epsilon=drude(360 0),mu=drude(360 0)", "gold", "n-sf11"],
+)
+def test_a_record_holds_any_medium(text):
+    for scene, key in (("pool", "liquid"), ("sphere", "n")):
+        request = Request.of(scene, [f"{key}={text}"])
+        record = as_from_a_file(request.record())
+        assert record["parameters"][key] == text
+        assert Request.from_record(record).parameters == request.parameters
+        assert "/" not in request.name and "=" not in request.name
 
 
 def test_a_record_of_a_later_version_or_with_less_is_refused(one_sentence):
@@ -279,6 +281,18 @@ def test_files_count_by_their_content(tmp_path, empty_file):
     keys = [Request.of("glass", {"figures": str(tmp_path / f"{name}.obj")}).key() for name in ("one", "two", "three")]
     assert keys[0] == keys[1] != keys[2]
     assert Request.of("glass", {"figures": "monkey"}).key() not in keys
+
+
+def test_files_of_media_count_by_their_content(tmp_path, empty_file):
+    rows = "DATA:\n  - type: tabulated n\n    data: |\n        0.3 1.5\n        0.8 "
+    for name, last in (("one", 1.4), ("two", 1.4), ("three", 1.3)):
+        (tmp_path / f"{name}.yml").write_text(f"{rows}{last}\n")
+    for scene, key in (("glass", "liquid"), ("sphere", "n")):
+        keys = [
+            Request.of(scene, {key: str(tmp_path / f"{name}.yml")}, caustics="path").key()
+            for name in ("one", "two", "three")
+        ]
+        assert keys[0] == keys[1] != keys[2]
 
 
 # ------------------------------------------------------------------------------------------------ the act

@@ -138,6 +138,10 @@ def test_variants_keep_the_rest_of_the_settings(settings, tmp_path):
     assert jobs.all_variants(settings, tmp_path).compared == {"compares": ["n=1", "n=1.33", "n=-1.33"]}
     settings.sphere.n, settings.sphere.use_mu, settings.sphere.mu = -1.5, True, -2
     assert jobs.all_variants(settings, tmp_path).compared["compares"][-1] == "n=-1.5 mu=-2"
+    settings.sphere.n_medium, settings.sphere.n_words, settings.sphere.use_mu = "words", "n=-1.5,length=2", False
+    work = jobs.all_variants(settings, tmp_path)
+    assert work.compared["compares"][-1] == "n=n=-1.5,length=2"
+    assert list(work.requests.values())[-1].parameters.medium == Medium.parse("n=-1.5,length=2")
 
 
 def test_renders_go_where_the_preferences_say_and_overwrite_nothing(addon, monkeypatch, tmp_path):

@@ -69,6 +69,40 @@ def test_settings_give_the_numbers_a_person_typed(settings):
     assert scene_settings.parameters_of(settings).liquid == Medium(-1.1, -3)
 
 
+def test_a_medium_is_written_as_on_the_command_line(settings):
+    settings.scene = "glass"
+    settings.glass.liquid, settings.glass.liquid_words = "words", "n=-1.33,length=0.05"
+    assert scene_settings.parameters_of(settings).liquid == Medium.parse("n=-1.33,length=0.05")
+    settings.glass.liquid_words = "n-bk8"
+    assert "did you mean n-bk7?" in settings.problem
+    settings.scene = "sphere"
+    settings.sphere.n_medium, settings.sphere.n_words = "words", "gold"
+    assert scene_settings.parameters_of(settings) == SCENES["sphere"].parameters(n="gold")
+    settings.sphere.n_medium = "number"
+    assert scene_settings.parameters_of(settings) == SCENES["sphere"].parameters()
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("sphere", ["n=n-bk7"]),
+        ("sphere", ["n=-1.33+1e-07j", "mu=-10"]),
+        ("sphere", ["n=-1.33", "mu=-10"]),
+        ("pool", ["liquid=gold", "waves=0.1"]),
+        ("pool", ["liquid=n=-1.33,length=2", "mu=-10"]),
+        ("sea", ["liquid=n=1.21"]),
+        ("glass", ["liquid=none"]),
+    ],
+)
+def test_a_panel_takes_over_any_medium(settings, name, words):
+    parameters = SCENES[name].parameters.read(words)
+    settings.scene = name
+    scene_settings.take(getattr(settings, name), parameters)
+    assert scene_settings.parameters_of(settings) == parameters
+    scene_settings.take(getattr(settings, name), SCENES[name].parameters())
+    assert scene_settings.parameters_of(settings) == SCENES[name].parameters()
+
+
 @pytest.mark.parametrize("name", SCENES)
 def test_build_shows_the_scene_with_its_settings(settings, build, name):
     settings.scene, settings.quality = name, "DRAFT"

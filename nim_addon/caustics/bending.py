@@ -120,7 +120,8 @@ class Bending:
     def _note(self, node, path):
         """Remember what an interface does to light: to its counting, and to its colour."""
         interface = interface_of(node, path)
-        self.shares.add(interface and round((interface.outside.n / interface.inside.n) ** 2, 9))
+        if interface is None or interface.inside.n:  # else no light crosses it
+            self.shares.add(interface and round((interface.outside.n / interface.inside.n) ** 2, 9))
         self.tinted |= not _is_white(node.inputs["Tint"], path)
         losses = (node.inputs[f"{loss} {side}"] for loss in LOSSES for side in ("Inside", "Outside"))
         self.tinted |= any(value_of(socket, path) != 0.0 for socket in losses)

@@ -3,12 +3,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Sequence
 
 import bpy
 
-from ..physics import MEDIA, VISIBLE_NM, Interface, Medium
+from ..physics import MEDIA, REPRESENTATIVE_NM, VISIBLE_NM, Interface, Medium
 from ..physics.media import LEAST_MAGNITUDE, MOST_MAGNITUDE
 from . import closures, dispersive
 from .closures import INTERFACE, closure_of_node
@@ -33,6 +34,7 @@ __all__ = [
 ]
 
 NODE_NAME = INTERFACE.label
+ROUNDING = 1e-6  # in parts of a number, of what a socket holds
 
 
 def interface_material(
@@ -42,6 +44,7 @@ def interface_material(
     *,
     backend: str = "auto",
     tint: Sequence[float] = (1.0, 1.0, 1.0),
+    volume: bool = False,
 ) -> bpy.types.Material:
     """A material for the interface between two media.
 
@@ -50,9 +53,12 @@ def interface_material(
     backend:         "osl", the closure of osl/nim_interface.osl; "nodes", the same in Blender's own nodes; or "auto",
                      the first where this build has OSL, else the second
     tint:            linear RGB factor on all light that meets the interface, three numbers from 0 to 1
+    volume:          whether what the inside absorbs is a volume of the material, for bodies in which something else
+                     stands: the same for all wavelengths, that of 550 nm. Otherwise the interface takes it from light
+                     that comes to it on a straight way from face to face, which is right for solid bodies
     The material renders without this add-on, and its node "NIM Interface" holds the parameters.
-    Raises TypeError for what is no Medium, ValueError for one that absorbs or disperses, for such a tint or an unknown
-    backend, RuntimeError for "osl" in a Blender without OSL; nothing is made then.
+    Raises TypeError for what is no Medium, ValueError for one that is not known over the visible wavelengths, for such a
+    tint or an unknown backend, RuntimeError for "osl" in a Blender without OSL; nothing is made then.
     """
     _check_media(inside, outside)
     tint = _checked_tint(tint)
@@ -64,9 +70,24 @@ def interface_material(
     output.location = (300, 0)
     tree.links.new(node.outputs["BSDF"], output.inputs["Surface"])
     node.inputs["Tint"].default_value = (*tint, 1.0)
+    if volume and inside.absorption():
+        _absorb_by_volume(node, output, inside.absorption())
     # how solid view shows it: NIMs warm, dielectrics cool
     material.diffuse_color = (0.9, 0.6, 0.35, 0.5) if inside.is_nim or outside.is_nim else (0.5, 0.7, 0.9, 0.5)
     return material
+
+
+def _absorb_by_volume(node, output, alpha):
+    """Let a volume absorb `alpha` per metre in the place of the interface."""
+    tree, socket = node.id_data, node.inputs["Absorption Inside"]
+    for link in list(socket.links):
+        tree.links.remove(link)
+    socket.default_value = 0.0
+    absorbs = tree.nodes.new("ShaderNodeVolumeAbsorption")
+    absorbs.location = (40, -280)
+    absorbs.inputs["Color"].default_value = (0.0, 0.0, 0.0, 1.0)
+    absorbs.inputs["Density"].default_value = alpha
+    tree.links.new(absorbs.outputs[0], output.inputs["Volume"])
 
 
 def interface_node(
@@ -74,8 +95,8 @@ def interface_node(
 ) -> bpy.types.Node:
     """A new interface node between two media in a shader's node tree, unlinked.
 
-    Raises TypeError for what is no Medium, ValueError for one that absorbs or disperses, and as resolve() does; nothing
-    is made then.
+    Raises TypeError for what is no Medium, ValueError for one that is not known over the visible wavelengths, and as
+    resolve() does; nothing is made then.
     """
     _check_media(inside, outside)
     node = INTERFACE.new_node(tree, backend)
@@ -120,10 +141,7 @@ def _check_media(inside, outside):
     for name, medium in (("inside", inside), ("outside", outside)):
         if not isinstance(medium, Medium):
             raise TypeError(f"{name} = {medium!r} is no Medium; give one, such as Medium(-1.5) or MEDIA['water'].")
-        if medium.dispersion is None:
-            medium.check_real()
-        else:
-            medium.spectrum(VISIBLE_NM)  # raises where it is not known
+        medium.spectrum(VISIBLE_NM)  # raises where it is not known
 
 
 def _checked_tint(tint):
@@ -166,20 +184,44 @@ def asked_closures(material: bpy.types.Material | None) -> list[Asked]:
 def interface_of(node: bpy.types.Node, path: tuple = ()) -> Interface | None:
     """The physics.Interface that the values of an interface node describe, as both shaders read them.
 
-    path: the groups that it is in, as asked_interfaces() gives them. The permeabilities count by magnitude. Returns None
-    where a node other than a Value, or than that of a medium that disperses, decides an index or a permeability, or where
-    one is 0 or out of a Medium's range.
+    path: the groups that it is in, as asked_interfaces() gives them. Without loss the permeabilities count by magnitude.
+    Returns None where a node other than a Value, or than that of a medium that disperses, decides an index or a
+    permeability, or where one is 0 or out of a Medium's range.
     """
-    media = []
-    for side in ("Inside", "Outside"):
-        if (dispersed := medium_of(node, side)) is not None:
-            media.append(dispersed)
-            continue
-        n, mu = (number_of(node.inputs[f"{quantity} {side}"], path) for quantity in ("Index", "Permeability"))
-        if n is None or mu is None or not all(LEAST_MAGNITUDE <= abs(value) <= MOST_MAGNITUDE for value in (n, mu)):
+    inside, outside = (_medium_of_side(node, side, path) for side in ("Inside", "Outside"))
+    return Interface(inside, outside) if inside and outside else None
+
+
+def _medium_of_side(node, side, path):
+    if (dispersed := medium_of(node, side)) is not None:
+        return dispersed
+    # groups of the first two versions have no losses
+    held = (node.inputs.get(f"{quantity} {side}") for quantity in dispersive.OUTPUTS)
+    n, k, mu, mu_imag, alpha = (0.0 if socket is None else number_of(socket, path) for socket in held)
+    if n is None or k is None or mu is None or mu_imag is None:
+        return None
+    if not k and not mu_imag:
+        if not all(LEAST_MAGNITUDE <= abs(value) <= MOST_MAGNITUDE for value in (n, mu)):
             return None
-        media.append(Medium(n, math.copysign(mu, n)))
-    return Interface(*media)
+        mu, k = math.copysign(mu, n), alpha * REPRESENTATIVE_NM * 1e-9 / (4 * math.pi) if alpha else 0.0
+    return _medium(complex(n, k), complex(mu, mu_imag))
+
+
+def _medium(index, mu):
+    """The Medium of a complex index and permeability, mu turned round as the shaders do it, or None.
+
+    They are of single precision: what is within its rounding of a medium without gain is that medium.
+    """
+    if (mu * index.conjugate()).real < 0:
+        mu = -mu
+    with contextlib.suppress(ValueError):
+        return Medium(index, mu)
+    with contextlib.suppress(ValueError, ZeroDivisionError, OverflowError):
+        epsilon = index * index / mu
+        if -ROUNDING * abs(epsilon) < epsilon.imag < 0:
+            near = Medium.of(epsilon.real, mu)
+            return near if abs(near.index - index) <= ROUNDING * abs(index) else None
+    return None
 
 
 def number_of(socket: bpy.types.NodeSocket, path: tuple = ()) -> float | None:

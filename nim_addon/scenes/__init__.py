@@ -9,7 +9,7 @@ import bpy  # the wheel has bmesh only once bpy is imported
 
 from ..base.text import unknown
 from ..physics import MEDIA
-from . import cube, glass, pool, sea, sphere
+from . import cube, drop, glass, pool, sea, sphere
 from .parameters import Parameters, written
 from .stage import Pose
 
@@ -80,6 +80,15 @@ SCENES = MappingProxyType(
                 sea.pose,
                 FILLINGS,
                 sea.SIZE,
+            ),
+            SceneType(
+                "drop",
+                "a drop in the sun, and what it throws back onto a wall: a rainbow, or none",
+                drop.DropParameters,
+                drop.build,
+                drop.pose,
+                FILLINGS,
+                drop.SIZE,
             ),
         )
     }

@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A drop in parallel light, before a wall that its light falls on: the globe of Theodoric and Descartes.
+
+The light comes through a round hole in the wall, as wide as the drop. What the drop sends back draws the rainbow on the wall,
+a ring about the hole. Where light of an index n lands, by how often it was reflected within, physics.deviation says.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+from ..cycles.material import interface_material
+from ..physics import MEDIA, Medium
+from . import shapes, surfaces
+from .parameters import Parameters, choice, liquid, number
+from .sphere import ball
+from .stage import Pose, Stage, staged
+
+SIZE = (800, 800)  # pixels of its picture, where nothing else is asked for
+# Lengths in radii of the drop, which is in the origin; light travels along -y.
+RADIUS = 1.0
+HOLE, HALF_WALL, SEGMENTS = 1.02, 9.0, 256
+FAR = 200.0  # of the camera that stands where the sun does: for it the sun's light is parallel, too
+SEEN = 1.15  # half of what that camera sees
+WALL, ROOM = (0.8, 0.8, 0.8), (0.012, 0.012, 0.012)
+TOWARDS_SUN = (0.0, 1.0, 0.0)
+SUN_IRRADIANCE = (400.0, 400.0, 400.0)  # of which a ten-thousandth or so gets to a place on the wall
+
+
+@dataclass(frozen=True)
+class DropParameters(Parameters):
+    """Parameters of the drop scene."""
+
+    liquid: Medium | None = liquid(MEDIA["water"], "what the drop is made of, or none")
+    distance: float = number(4.0, "how far the wall is from the drop, in its radii", 1.5, 100.0)
+    view: str = choice("wall", "from the room towards the wall, or from the sun through the hole", ("wall", "sun"))
+
+    sun_angle: float = number(0.53, "width of the sun; its light stays the same", 0.25, 30.0, "degrees")
+
+
+@staged(DropParameters)
+def build(parameters: DropParameters, backend: str = "auto") -> bpy.types.Scene:
+    """Build the scene from DropParameters; returns the bpy.types.Scene. The drop's radius is 1 m."""
+    stage = Stage("drop", SIZE, backend)
+    stage.mesh(
+        "Wall",
+        *wall(HOLE, HALF_WALL * parameters.distance / 4),
+        surfaces.diffuse("Wall", _white_before_black_behind),
+        location=(0, parameters.distance, 0),
+    )
+    if parameters.liquid:
+        ball(stage, "Drop", (0, 0, 0), RADIUS, interface_material("Drop", parameters.liquid, backend=stage.backend))
+    sun = surfaces.sun(TOWARDS_SUN, SUN_IRRADIANCE, parameters.sun_angle)
+    stage.world(surfaces.sky("Room", ROOM, ROOM, glow=sun), aim=1024)
+    stage.camera(*pose(parameters))
+    return stage.scene
+
+
+def pose(parameters: DropParameters) -> Pose:
+    """The Pose of the camera for DropParameters."""
+    if parameters.view == "sun":
+        return Pose((0, FAR, 0), (0, 0, 0), math.degrees(2 * math.atan(SEEN / FAR)))
+    back, wide = 16.0, HALF_WALL * 0.68
+    scale = parameters.distance / 4
+    return Pose(
+        (0.32 * back * scale, -0.9 * back * scale, 0.22 * back * scale),
+        (0.15 * scale, parameters.distance, 0),
+        math.degrees(2 * math.atan(wide / (back + 4))),
+    )
+
+
+def _white_before_black_behind(nodes):
+    """What the sun makes of the back of the wall would outshine all else."""
+    return nodes.mix(nodes.add("ShaderNodeNewGeometry").outputs["Backfacing"], WALL, (0.0, 0.0, 0.0))
+
+
+def wall(hole: float, half: float) -> shapes.Shape:
+    """Vertices and faces of a square in the plane y = 0, `half` its side, that faces -y, with a round hole in its middle."""
+    turn = 2 * np.pi * np.arange(SEGMENTS) / SEGMENTS
+    ring = np.stack([np.cos(turn), 0 * turn, np.sin(turn)], axis=-1)
+    square = ring * (half / np.abs(ring).max(axis=1, keepdims=True))
+    index = np.arange(SEGMENTS)
+    ahead = np.roll(index, -1)
+    faces = np.stack([index, ahead, ahead + SEGMENTS, index + SEGMENTS], axis=-1)
+    return np.concatenate([hole * ring, square]), faces[:, ::-1].tolist()

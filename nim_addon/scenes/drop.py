@@ -14,16 +14,19 @@ import bpy
 import numpy as np
 
 from ..cycles.material import interface_material
-from ..physics import MEDIA, Medium
+from ..physics import Medium
 from . import shapes, surfaces
 from .parameters import Parameters, choice, liquid, number
 from .sphere import ball
 from .stage import Pose, Stage, staged
 
 SIZE = (800, 800)  # pixels of its picture, where nothing else is asked for
-# Lengths in radii of the drop, which is in the origin; light travels along -y.
-RADIUS = 1.0
+# Metres: a large drop, and small enough that its water is as good as clear; a metre of it is blue.
+RADIUS = 0.01
+# Other lengths are in radii of the drop, which is in the origin; light travels along -y.
 HOLE, HALF_WALL, SEGMENTS = 1.02, 9.0, 256
+USUAL = 4.0  # distance of the wall
+EYE, ASIDE, VIEW = (5.1, -14.4, 3.5), 0.0, 5.4  # with that; where it looks, beside the hole; half of what it sees there
 FAR = 200.0  # of the camera that stands where the sun does: for it the sun's light is parallel, too
 SEEN = 1.15  # half of what that camera sees
 WALL, ROOM = (0.8, 0.8, 0.8), (0.012, 0.012, 0.012)
@@ -35,8 +38,8 @@ SUN_IRRADIANCE = (400.0, 400.0, 400.0)  # of which a ten-thousandth or so gets t
 class DropParameters(Parameters):
     """Parameters of the drop scene."""
 
-    liquid: Medium | None = liquid(MEDIA["water"], "what the drop is made of, or none")
-    distance: float = number(4.0, "how far the wall is from the drop, in its radii", 1.5, 100.0)
+    liquid: Medium | None = liquid(Medium.parse("water-daimon"), "what the drop is made of, or none")
+    distance: float = number(USUAL, "how far the wall is from the drop, in its radii", 1.5, 100.0)
     view: str = choice("wall", "from the room towards the wall, or from the sun through the hole", ("wall", "sun"))
 
     sun_angle: float = number(0.53, "width of the sun; its light stays the same", 0.25, 30.0, "degrees")
@@ -44,13 +47,13 @@ class DropParameters(Parameters):
 
 @staged(DropParameters)
 def build(parameters: DropParameters, backend: str = "auto") -> bpy.types.Scene:
-    """Build the scene from DropParameters; returns the bpy.types.Scene. The drop's radius is 1 m."""
+    """Build the scene from DropParameters; returns the bpy.types.Scene. The drop's radius is 1 cm."""
     stage = Stage("drop", SIZE, backend)
     stage.mesh(
         "Wall",
-        *wall(HOLE, HALF_WALL * parameters.distance / 4),
+        *wall(RADIUS * HOLE, RADIUS * HALF_WALL * parameters.distance / USUAL),
         surfaces.diffuse("Wall", _white_before_black_behind),
-        location=(0, parameters.distance, 0),
+        location=(0, RADIUS * parameters.distance, 0),
     )
     if parameters.liquid:
         ball(stage, "Drop", (0, 0, 0), RADIUS, interface_material("Drop", parameters.liquid, backend=stage.backend))
@@ -63,13 +66,14 @@ def build(parameters: DropParameters, backend: str = "auto") -> bpy.types.Scene:
 def pose(parameters: DropParameters) -> Pose:
     """The Pose of the camera for DropParameters."""
     if parameters.view == "sun":
-        return Pose((0, FAR, 0), (0, 0, 0), math.degrees(2 * math.atan(SEEN / FAR)))
-    back, wide = 16.0, HALF_WALL * 0.68
-    scale = parameters.distance / 4
+        return Pose((0, RADIUS * FAR, 0), (0, 0, 0), math.degrees(2 * math.atan(SEEN / FAR)))
+    # what is to be seen grows with the distance of the wall
+    scale = RADIUS * parameters.distance / USUAL
+    (x, y, z), across = EYE, VIEW
     return Pose(
-        (0.32 * back * scale, -0.9 * back * scale, 0.22 * back * scale),
-        (0.15 * scale, parameters.distance, 0),
-        math.degrees(2 * math.atan(wide / (back + 4))),
+        (x * scale, y * scale, z * scale),
+        (ASIDE * scale, RADIUS * parameters.distance, 0),
+        math.degrees(2 * math.atan(across / (USUAL - y))),
     )
 
 

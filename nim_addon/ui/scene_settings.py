@@ -93,9 +93,10 @@ def _number_properties(field, fields):
     return own
 
 
-def _words_property():
+def _words_property(default=""):
     return StringProperty(
         name="Medium",
+        default=default,
         description="Any medium, as --set takes it: n-bk7, n=-1.33,length=0.05, or the path of a .yml file of "
         "refractiveindex.info",
         update=_changed,
@@ -120,7 +121,7 @@ def _switch_properties(field, fields):
 def _liquid_properties(field, fields):
     name = field.name
     items = [(word, _liquid_label(word), "", "NONE", number) for word, number in LIQUID_NUMBERS.items()]
-    own = {name: EnumProperty(items=items, default=LIQUIDS[field.default], **_texts(field))}
+    own = {name: EnumProperty(items=items, default=LIQUIDS.get(field.default, "words"), **_texts(field))}
     help_n = "Refractive index of the liquid; negative for a NIM"
     own[f"{name}_n"] = _float("Index", help_n, -10.0, 10.0, field.default.n)
     if "mu" not in fields:
@@ -128,7 +129,7 @@ def _liquid_properties(field, fields):
         own[f"{name}_mu"] = _float("Permeability", help_mu, -100, 100, FIRST)
         help_use = "Set it here; else it is 1 with the sign of the index"
         own[f"use_{name}_mu"] = _switch_of_own("Permeability", help_use)
-    own[f"{name}_words"] = _words_property()
+    own[f"{name}_words"] = _words_property("" if field.default in LIQUIDS else str(field.default))
     return own
 
 

@@ -35,7 +35,8 @@ def shoelace(corners):
 def test_all_stands_in_line_with_the_sun(distance):
     scene = build(DropParameters(distance=distance))
     assert set(scene.objects.keys()) == {"Wall", "Drop", "Camera"}
-    assert tuple(scene.objects["Wall"].location) == (0, distance, 0) and not any(scene.objects["Drop"].location)
+    assert tuple(scene.objects["Wall"].location) == pytest.approx((0, distance * drop.RADIUS, 0))
+    assert not any(scene.objects["Drop"].location)
     sun = lights.sun_of(scene)
     np.testing.assert_allclose(sun.direction, (0, -1, 0), atol=1e-6)
     assert sun.irradiance == pytest.approx(drop.SUN_IRRADIANCE)

@@ -59,6 +59,26 @@ def medium_of(node: bpy.types.Node) -> Medium | None:
     return Medium.dispersive(dataclasses.replace(medium.dispersion, name=str(node.node_tree[MARK])))
 
 
+def remove(node: bpy.types.Node) -> None:
+    """Take a medium's node out of its tree; the groups and the shader's texts that nothing else uses leave the file."""
+    group = node.node_tree
+    node.id_data.nodes.remove(node)
+    _remove_unused(group)
+
+
+def _remove_unused(group):
+    if group is None or group.users or group.library:
+        return
+    inner = {node.node_tree for node in group.nodes if node.type == "GROUP"}
+    texts = {node.script for node in group.nodes if node.type == "SCRIPT" and node.script}
+    bpy.data.node_groups.remove(group)
+    for one in inner:
+        _remove_unused(one)
+    for text in texts:
+        if text.users <= text.use_fake_user:  # which each new text has
+            bpy.data.texts.remove(text)
+
+
 def switch(material: bpy.types.Material, backend: str) -> int:
     """Give the medium and wavelength nodes of a material the groups of another backend; returns how many there were."""
     backend = resolve(backend)

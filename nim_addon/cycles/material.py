@@ -120,7 +120,7 @@ def set_medium(node: bpy.types.Node, side: str, medium: Medium) -> None:
         tree.links.remove(link)
     for other in former:
         if dispersive.is_medium_node(other) and not any(socket.is_linked for socket in other.outputs):
-            tree.nodes.remove(other)
+            dispersive.remove(other)
     numbers = (medium.n, medium.k, medium.mu, medium.mu_imag, medium.absorption())
     for name, number in zip(dispersive.OUTPUTS, numbers, strict=True):
         if name in sockets:

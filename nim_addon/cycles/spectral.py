@@ -22,9 +22,10 @@ from .nodes import Owner, uses_nodes
 from .visibility import as_rendered, asked, lamps, shown
 from .wavelength import set_neutral, set_stratum
 
-__all__ = ["Done", "backend_of", "is_spectral", "set_neutral", "set_stratum", "set_up", "undo"]
+__all__ = ["Done", "backend_of", "done", "is_spectral", "set_neutral", "set_stratum", "set_up", "undo"]
 
 MARK = "nim_spectral"  # of a scene: what its settings were; of nodes: that they are ours
+DONE = "nim_spectral_done"  # of a scene: the numbers of Done
 SHUTTER_TIME = (
     0.01  # of a frame: as little as Blender takes, since whatever moves is seen in another place by each colour
 )
@@ -57,6 +58,14 @@ def is_spectral(scene: bpy.types.Scene) -> bool:
     return MARK in scene
 
 
+def done(scene: bpy.types.Scene) -> Done | None:
+    """What set_up() gave weights to when it was last done; None of a scene that was not set up."""
+    if not is_spectral(scene) or DONE not in scene:
+        return None
+    lamps, materials, sky = scene[DONE]
+    return Done(lamps, materials, bool(sky))
+
+
 def backend_of(scene: bpy.types.Scene) -> str:
     """The backend, "osl" or "nodes", that tells the wavelength to a scene's materials: that of its media, or as resolve()."""
     return resolve("auto", scene)
@@ -79,7 +88,7 @@ def set_up(scene: bpy.types.Scene, backend: str = "auto") -> Done:
         meshes = list(dict.fromkeys(surface.original for surface in shown(scene, depsgraph)))
         materials = {material for surface in shown(scene, depsgraph) for material in surface.materials if material}
         shining = lamps(scene, depsgraph)
-    done = Done(
+    weighed = Done(
         sum(_weigh(light, backend) for light in {lamp.data for lamp in shining}),
         sum(_weigh(material, backend) for material in materials),
         bool(scene.world) and _weigh(scene.world, "osl" if osl_available() else backend),
@@ -87,7 +96,8 @@ def set_up(scene: bpy.types.Scene, backend: str = "auto") -> Done:
     if backend == "nodes":
         for obj in (*meshes, *shining):
             _let_drift(obj)
-    return done
+    scene[DONE] = list(map(int, weighed))
+    return weighed
 
 
 def undo(scene: bpy.types.Scene) -> None:
@@ -100,6 +110,7 @@ def undo(scene: bpy.types.Scene) -> None:
         else:
             _put(scene, path, value)
     del scene[MARK]
+    scene.pop(DONE, None)
     for owner in {*_owners(scene)}:
         _unweigh(owner)
     for obj in scene.objects:

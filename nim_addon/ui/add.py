@@ -13,8 +13,10 @@ from ..physics import MEDIA
 from ..scenes import shapes
 from ..scenes.sphere import make_round
 from .media import (
-    CUSTOM,
+    MEASURED_NUMBERS,
     MEDIUM_ITEMS,
+    MEDIUM_NUMBERS,
+    TAUGHT_NUMBERS,
     backend_for,
     chosen_medium,
     draw_choice,
@@ -198,14 +200,16 @@ class NIM_MT_add_node(bpy.types.Menu):
     bl_label = "Negative Index"
 
     def draw(self, context):
-        """Draw an entry for each medium, its index beside it, the NIMs first."""
+        """Draw an entry for each medium: those of one index, beside which it stands, the NIMs first; then the others."""
         layout = self.layout
         layout.operator_context = "INVOKE_REGION_WIN"
         layout.operator("nim.add_node", text="Interface").medium = "nim-1.5"
-        layout.separator()
-        media = [item for item in MEDIUM_ITEMS if item[0] not in (CUSTOM, "air")]
-        for item in sorted(media, key=lambda item: not MEDIA[item[0]].is_nim):
-            layout.operator("nim.add_node", text=item[1]).medium = item[0]
+        items = {item[0]: item[1] for item in MEDIUM_ITEMS}
+        plain = sorted((name for name in MEDIUM_NUMBERS if name != "air"), key=lambda name: not MEDIA[name].is_nim)
+        for names in (plain, TAUGHT_NUMBERS, MEASURED_NUMBERS):
+            layout.separator()
+            for name in names:
+                layout.operator("nim.add_node", text=items[name]).medium = name
 
 
 class NIM_MT_add_mesh(bpy.types.Menu):

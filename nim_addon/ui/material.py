@@ -1,15 +1,30 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The Negative Index panel: the media of both sides of an interface, and what they mean, live."""
 
+from pathlib import Path
+
 import bpy
 from bpy.app.translations import pgettext_iface, pgettext_rpt
 
 from ..cycles.animation import curves_of
 from ..cycles.closures import INTERFACE
 from ..cycles.material import interface_nodes, osl_available, switch_backend
+from ..physics import Medium
+from ..physics.refractiveindex import SUFFIXES, load
 from . import curve, warnings
-from .material_values import active_node, complaints, interface_shown, note, sockets_of, wavelength_of
-from .media import SIDES, backend_for
+from .material_media import medium_node_of, sockets_by_output
+from .material_values import (
+    active_node,
+    choose_medium,
+    complaints,
+    interface_shown,
+    medium_name,
+    note,
+    sockets_of,
+    source_name,
+    wavelength_of,
+)
+from .media import ABSORBING, FILE, SIDES, backend_for, number
 from .panels import Sidebar, draw_sentence
 from .readings import readings, summary
 
@@ -37,23 +52,81 @@ def draw_media(layout: bpy.types.UILayout, context: bpy.types.Context, material:
         column = layout.column(align=True)
         column.enabled = material.is_editable
         column.label(text=titles[side])
-        sockets = sockets_of(node, side)
-        decided = [socket.is_linked or _animated(material, socket) for socket in sockets]
-        if not any(decided):
-            column.prop(material.nim, f"medium_{side}", text="")
-        row = column.row(align=True)
-        for socket, name, elsewhere in zip(sockets, ("n", "mu"), decided, strict=True):
-            if socket.is_linked:
-                row.label(text=f"{name}: {pgettext_iface('from the node tree')}", icon="LINKED", translate=False)
-            elif elsewhere:
-                row.prop(socket, "default_value", text=name, translate=False)
-            else:
-                row.prop(material.nim, f"{name}_{side}", text=name, translate=False)
-        if text := note(material, side):
-            draw_sentence(column, context, text, icon="INFO")
+        source = medium_node_of(node, side)
+        if source is None:
+            _draw_numbers(column, context, material, side)
+            continue
+        column.prop(material.nim, f"medium_{side}", text="")
+        if medium_name(node, side) == FILE:
+            column.label(text=source_name(source), icon="FILE", translate=False)
+
+
+def _draw_numbers(column, context, material, side):
+    """Draw n and mu of a side that no medium's node decides, and its absorption length where it has one."""
+    node = active_node(material)
+    sockets = sockets_of(node, side)
+    decided = [socket.is_linked or _animated(material, socket) for socket in sockets]
+    if not any(decided):
+        column.prop(material.nim, f"medium_{side}", text="")
+    row = column.row(align=True)
+    for socket, name, elsewhere in zip(sockets, ("n", "mu"), decided, strict=True):
+        if socket.is_linked:
+            row.label(text=f"{name}: {pgettext_iface('from the node tree')}", icon="LINKED", translate=False)
+        elif elsewhere:
+            row.prop(socket, "default_value", text=name, translate=False)
         else:
-            for text in complaints(node, side):
-                draw_sentence(column, context, text, icon="ERROR")
+            row.prop(material.nim, f"{name}_{side}", text=name, translate=False)
+    if medium_name(node, side) == ABSORBING:
+        column.prop(material.nim, f"length_{side}")
+    if text := note(material, side):
+        draw_sentence(column, context, text, icon="INFO")
+    else:
+        for text in complaints(node, side):
+            draw_sentence(column, context, text, icon="ERROR")
+
+
+def draw_loss(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:
+    """Draw what the media lose, folded: k, the absorption length and the loss of mu of a side that no node decides."""
+    node = active_node(material)
+    sides = [
+        side for side in SIDES if medium_node_of(node, side) is None and sockets_by_output(node, side)["Extinction"]
+    ]
+    if not sides:
+        return
+    header, body = layout.panel("NIM_loss", default_closed=True)
+    header.label(text="Loss")
+    if body is None:
+        return
+    body.use_property_split = True
+    body.use_property_decorate = False
+    body.enabled = material.is_editable
+    for side in sides:
+        column = body.column(align=True, heading="Inside" if side == "inside" else "Outside")
+        sockets = sockets_by_output(node, side)
+        for name, text in (("k", "k"), ("length", "Absorption Length")):
+            column.prop(material.nim, f"{name}_{side}", text=text)
+        if loss := sockets.get("Permeability Loss"):
+            column.prop(loss, "default_value", text="Loss of mu")
+
+
+def draw_surface(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:
+    """Draw what the surface itself does to light, folded: its roughness, and the tint."""
+    header, body = layout.panel("NIM_surface", default_closed=True)
+    header.label(text="Surface")
+    if body is None:
+        return
+    body.use_property_split = True
+    body.use_property_decorate = False
+    body.enabled = material.is_editable
+    for name in ("Roughness", "Tint"):
+        socket = active_node(material).inputs.get(name)
+        if socket is None:
+            continue
+        if socket.is_linked:
+            row = body.row(heading=name)
+            row.label(text="from the node tree", icon="LINKED")
+        else:
+            body.prop(socket, "default_value", text=name)
 
 
 def draw_summary(layout: bpy.types.UILayout, context: bpy.types.Context, material: bpy.types.Material) -> None:
@@ -152,14 +225,8 @@ def draw_material(layout: bpy.types.UILayout, context: bpy.types.Context, materi
     draw_media(layout, context, material)
     draw_summary(layout, context, material)
     draw_readings(layout, context, material)
-    tint = active_node(material).inputs["Tint"]
-    row = layout.row()
-    row.enabled = material.is_editable
-    if tint.is_linked:
-        row.label(text="Tint")
-        row.label(text="from the node tree", icon="LINKED")
-    else:
-        row.prop(tint, "default_value", text="Tint")
+    draw_loss(layout, material)
+    draw_surface(layout, material)
     draw_backend(layout, material)
     warnings.draw_problems(layout, context, warnings.found(context.scene, material))
 
@@ -210,6 +277,57 @@ class NIM_OT_switch_backend(bpy.types.Operator):
         return {"FINISHED"}
 
 
+class NIM_OT_medium_file(bpy.types.Operator):
+    """Let a side of the material be of a file of the refractiveindex.info database: n and k by wavelength, a .yml"""
+
+    bl_idname = "nim.medium_file"
+    bl_label = "Medium from a File"
+    bl_options = {"REGISTER", "UNDO", "INTERNAL"}
+
+    material: bpy.props.StringProperty(name="Material", description="Name of the material", options={"HIDDEN"})
+    side: bpy.props.EnumProperty(
+        name="Side",
+        description="Which side of the faces",
+        items=(
+            ("inside", "Inside", "The medium behind the faces", "NONE", 0),
+            ("outside", "Outside", "The medium on the side the normals point to", "NONE", 1),
+        ),
+        options={"HIDDEN"},
+    )
+    filepath: bpy.props.StringProperty(
+        name="File", description="A .yml file of refractiveindex.info", subtype="FILE_PATH", options={"SKIP_SAVE"}
+    )
+    filter_glob: bpy.props.StringProperty(
+        name="Filter",
+        description="Which files are shown",
+        default=";".join(f"*{suffix}" for suffix in SUFFIXES),
+        options={"HIDDEN", "SKIP_SAVE"},
+    )
+
+    def invoke(self, context, event):
+        """Open the file browser."""
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def execute(self, context):
+        """Take the file, or say what is wrong with it."""
+        material = bpy.data.materials.get((self.material, None))
+        if active_node(material) is None or not material.is_editable:
+            text = pgettext_rpt("{name} is no material with an interface that can be changed here")
+            self.report({"ERROR"}, text.format(name=repr(self.material)))
+            return {"CANCELLED"}
+        path = bpy.path.abspath(self.filepath)
+        try:
+            medium = Medium.dispersive(load(path, Path(path).name))
+            choose_medium(material, self.side, medium)
+        except ValueError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        text = pgettext_rpt("{material}: {medium}, n = {n} at 550 nm")
+        self.report({"INFO"}, text.format(material=material.name, medium=medium, n=number(medium.n)))
+        return {"FINISHED"}
+
+
 class NIM_PT_material(bpy.types.Panel):
     """The media of both sides of the active material's interface, and what they mean"""
 
@@ -247,7 +365,7 @@ class NIM_PT_material_nodes(Sidebar, bpy.types.Panel):
         draw_material(self.layout, context, context.space_data.id)
 
 
-CLASSES = (NIM_OT_switch_backend, NIM_PT_material, NIM_PT_material_nodes)
+CLASSES = (NIM_OT_switch_backend, NIM_OT_medium_file, NIM_PT_material, NIM_PT_material_nodes)
 
 
 def register():

@@ -7,10 +7,26 @@ import math
 import bpy
 from bpy.app.translations import pgettext_iface
 
-from ..cycles.material import interface_nodes, interface_of, number_of
+from ..cycles import dispersive
+from ..cycles.material import interface_nodes, interface_of, number_of, set_medium
 from ..physics import MEDIA, REPRESENTATIVE_NM, VISIBLE_NM, Interface, Medium
-from ..physics.media import LEAST_MAGNITUDE, MOST_MAGNITUDE
-from .media import MEDIUM_ITEMS, MEDIUM_NUMBERS, MOST_MU, MOST_N, number, plain
+from ..physics.media import LEAST_MAGNITUDE, MOST_MAGNITUDE, OPAQUE
+from .material_media import k_of_length, medium_node_of, sockets_by_output, take_away
+from .media import (
+    ABSORBING,
+    ABSORBING_NUMBER,
+    CUSTOM,
+    DISPERSIVE_NUMBERS,
+    FILE,
+    FILE_NUMBER,
+    MEDIUM_NUMBERS,
+    MOST_K,
+    MOST_MU,
+    MOST_N,
+    PANEL_ITEMS,
+    number,
+    plain,
+)
 from .translations import OWN
 
 
@@ -33,6 +49,8 @@ def _values(node, side):
     return n, math.copysign(mu, n)
 
 
+# What a medium absorbs within that begins to absorb, metres: of the size of a thing that one looks through.
+FIRST_LENGTH = 0.1
 NO_INDEX = "n = 0 refracts nothing: give a positive index, or a negative one for a NIM."
 NO_PERMEABILITY = "mu = 0 has no impedance: give a positive or a negative permeability."
 
@@ -137,21 +155,126 @@ def _permeability(side):
     )
 
 
+def _loss(node, side):
+    """k, the absorption per metre and the loss of mu that stand in the sockets of a side."""
+    sockets = sockets_by_output(node, side)
+    names = "Extinction", "Absorption", "Permeability Loss"
+    return tuple(plain(sockets[name].default_value) if name in sockets else 0.0 for name in names)
+
+
+def _set_loss(material, side, k, absorption):
+    """Write k, and the absorption per metre that goes with it, into the sockets of a side."""
+    node = active_node(material)
+    if node is None or not material.is_editable:
+        return
+    sockets = sockets_by_output(node, side)
+    for name, value in (("Extinction", k), ("Absorption", absorption)):
+        if name in sockets and sockets[name].default_value != value:
+            sockets[name].default_value = value
+
+
+def _extinction(side):
+    def read(self):
+        node = active_node(self.id_data)
+        return _loss(node, side)[0] if node else 0.0
+
+    def write(self, value):
+        _set_loss(self.id_data, side, value, 4 * math.pi * value / (REPRESENTATIVE_NM * 1e-9))
+
+    return bpy.props.FloatProperty(
+        name="k",
+        description="Extinction, the imaginary part of n. Beyond 0.001 a surface is a mirror for all that one can see, and "
+        "nothing is seen through it: for a clear liquid give the absorption length",
+        get=read,
+        set=write,
+        min=0.0,
+        max=MOST_K,
+        step=1,
+        precision=4,
+        options=set(),
+    )
+
+
+def _absorption_length(side):
+    def read(self):
+        node = active_node(self.id_data)
+        absorption = _loss(node, side)[1] if node else 0.0
+        return 1 / absorption if absorption else 0.0
+
+    def write(self, value):
+        _set_loss(self.id_data, side, *((k_of_length(value), 1 / value) if value else (0.0, 0.0)))
+
+    return bpy.props.FloatProperty(
+        name="Absorption Length",
+        description="The way within which light falls to 1/e, in all colours alike; 0 where nothing is absorbed",
+        get=read,
+        set=write,
+        min=0.0,
+        soft_max=100.0,
+        step=1,
+        precision=4,
+        unit="LENGTH",
+        options=set(),
+    )
+
+
+def source_name(source: bpy.types.Node) -> str:
+    """What the medium of a medium's node is called."""
+    return str(source.node_tree[dispersive.MARK])
+
+
+def medium_name(node: bpy.types.Node, side: str) -> str:
+    """What stands on a side of an interface node: the identifier of a menu's item."""
+    if (source := medium_node_of(node, side)) is not None:
+        name = source_name(source)
+        return name if name in DISPERSIVE_NUMBERS else FILE
+    k, absorption, mu_imag = _loss(node, side)
+    if k or absorption or mu_imag:
+        return ABSORBING if absorption and k <= OPAQUE and not mu_imag else CUSTOM
+    values = _values(node, side)
+    return next((name for name in MEDIUM_NUMBERS if (MEDIA[name].n, MEDIA[name].mu) == values), CUSTOM)
+
+
+def choose_medium(material: bpy.types.Material, side: str, medium: Medium) -> None:
+    """Put a medium on a side of a material's interface node; nothing where there is none, or it cannot be changed here.
+
+    Raises ValueError for a medium that is not known over all the visible.
+    """
+    node = active_node(material)
+    if node and material.is_editable:
+        set_medium(node, side.title(), medium)
+
+
+_ITEM_NUMBERS = MEDIUM_NUMBERS | DISPERSIVE_NUMBERS | {CUSTOM: 0, ABSORBING: ABSORBING_NUMBER, FILE: FILE_NUMBER}
+_ITEM_NAMES = {value: name for name, value in _ITEM_NUMBERS.items()}
+
+
 def _medium(side):
     def read(self):
         node = active_node(self.id_data)
-        values = _values(node, side) if node else None
-        return next((i for name, i in MEDIUM_NUMBERS.items() if (MEDIA[name].n, MEDIA[name].mu) == values), 0)
+        return _ITEM_NUMBERS[medium_name(node, side)] if node else 0
 
     def write(self, value):
-        name = next((name for name, i in MEDIUM_NUMBERS.items() if i == value), None)
-        if name:
-            _set_values(self.id_data, side, MEDIA[name].n, MEDIA[name].mu)
+        node, name = active_node(self.id_data), _ITEM_NAMES[value]
+        if node is None or not self.id_data.is_editable:
+            return
+        if name == FILE:
+            if not bpy.app.background:  # where no file browser opens
+                bpy.ops.nim.medium_file("INVOKE_DEFAULT", material=self.id_data.name, side=side)
+        elif name in (CUSTOM, ABSORBING):
+            was = medium_name(node, side)
+            take_away(node, side)
+            if name == ABSORBING and was != ABSORBING:
+                _set_loss(self.id_data, side, k_of_length(FIRST_LENGTH), 1 / FIRST_LENGTH)
+            elif name == CUSTOM and was == ABSORBING:
+                _set_loss(self.id_data, side, 0.0, 0.0)
+        else:
+            choose_medium(self.id_data, side, Medium.parse(name))
 
     return bpy.props.EnumProperty(
         name="Medium",
         description="A ready medium; n and mu can be typed below",
-        items=MEDIUM_ITEMS,
+        items=PANEL_ITEMS,
         translation_context=OWN,
         get=read,
         set=write,
@@ -168,6 +291,10 @@ class NIM_PG_material(bpy.types.PropertyGroup):
     n_outside: _index("outside")
     mu_inside: _permeability("inside")
     mu_outside: _permeability("outside")
+    k_inside: _extinction("inside")
+    k_outside: _extinction("outside")
+    length_inside: _absorption_length("inside")
+    length_outside: _absorption_length("outside")
 
 
 class NIM_PG_curve(bpy.types.PropertyGroup):
@@ -199,28 +326,26 @@ def wavelength_of(scene: bpy.types.Scene) -> float:
 
 
 @functools.lru_cache(maxsize=64)
-def _interface(values):
-    """The Interface of (n, mu, dispersion) inside and outside, the same object each time; None where there is none."""
+def _typed(interface):
+    """The Interface of the numbers that a person typed, the same object each time."""
+    return Interface(*map(_medium_typed, (interface.inside, interface.outside)))
+
+
+def _medium_typed(medium):
+    index, permeability = (
+        complex(plain(value.real), plain(value.imag)) if value.imag else plain(value.real)
+        for value in (medium.index, medium.permeability)
+    )
     try:
-        return Interface(
-            *(Medium.dispersive(dispersion) if dispersion else Medium(n, mu) for n, mu, dispersion in values)
-        )
-    except ValueError:
-        return None
+        return medium if medium.dispersion else Medium(index, permeability)
+    except ValueError:  # which go together in all their digits alone
+        return medium
 
 
 def interface_shown(node: bpy.types.Node) -> Interface | None:
     """The physics.Interface of a node, its numbers as a person typed them; None where interface_of() is None."""
     interface = interface_of(node)
-    if interface is None:
-        return None
-    media = interface.inside, interface.outside
-    return _interface(tuple((_plain(medium.index), _plain(medium.permeability), medium.dispersion) for medium in media))
-
-
-def _plain(value):
-    """plain() of both parts of a number, which is a complex one only where it has two."""
-    return complex(plain(value.real), plain(value.imag)) if value.imag else plain(value.real)
+    return interface and _typed(interface)
 
 
 CLASSES = (NIM_PG_material, NIM_PG_curve)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The media that a person chooses from, as properties of an operator, and the backend of a new material."""
+"""The media that a person chooses from, for a panel and as properties of an operator; the backend of a new material."""
 
 import math
 
@@ -25,11 +25,61 @@ MEDIUM_NUMBERS = {
     "nim-mu10": 10,
     "nim-mu25": 11,
 }
+# Those that disperse, or have loss: measured ones, and negative-index ones to teach with.
+MEASURED_NUMBERS = {
+    "water-daimon": 20,
+    "n-bk7": 21,
+    "n-sf11": 22,
+    "fused-silica": 23,
+    "diamond-peter": 24,
+    "silver": 25,
+    "gold": 26,
+}
+TAUGHT_NUMBERS = {"nim-causal": 30, "nim-normal": 31, "nim-mirror": 32, "fishnet": 33}
+DISPERSIVE_NUMBERS = MEASURED_NUMBERS | TAUGHT_NUMBERS
 MEDIUM_NAMES = {"air": "Air, vacuum", "water": "Water", "glass": "Glass", "diamond": "Diamond"}
-CUSTOM = "custom"
+# What a panel says of those: the name, where the numbers come from, and what they are good for.
+DISPERSIVE_TEXTS = {
+    "water-daimon": (
+        "Water (measured)",
+        "Water at 20 °C, after Daimon and Masumura 2007 and Hale and Querry 1973: blue bends most, as in a rainbow",
+    ),
+    "n-bk7": (
+        "N-BK7 (crown glass)",
+        "Schott's most common glass, after its catalogue: the small dispersion of a window",
+    ),
+    "n-sf11": (
+        "N-SF11 (flint glass)",
+        "Schott's dense flint, after its catalogue: prisms of it spread the colours widely",
+    ),
+    "fused-silica": ("Fused silica", "Quartz glass, after Malitson 1965: the least dispersion among the glasses here"),
+    "diamond-peter": ("Diamond (measured)", "After Peter 1923: its dispersion is the fire of cut stones"),
+    "silver": ("Silver", "After Johnson and Christy 1972: a mirror of all colours, nothing is seen through it"),
+    "gold": ("Gold", "After Johnson and Christy 1972: a mirror of yellow and red, nothing is seen through it"),
+    "nim-causal": (
+        "NIM, causal",
+        "n = -1.33 at 550 nm, epsilon = mu after Drude: the least dispersion that causality allows a NIM without loss; "
+        "red bends most, by far",
+    ),
+    "nim-normal": (
+        "NIM, normal",
+        "n = -1.33 at 550 nm, a small dispersion of the right sign, |n| grows to the red; less of it than causality demands",
+    ),
+    "nim-mirror": (
+        "NIM, mirrored glass",
+        "n = -1.33 at 550 nm, the curve of a glass with its sign turned: blue bends most, which no NIM without loss can do",
+    ),
+    "fishnet": (
+        "Fishnet (infrared)",
+        "The NIM that Valentine and others made in 2008, in false colours: 1200 to 1775 nm are shown as 380 to 730 nm; n is "
+        "positive in the blue, negative in the red",
+    ),
+}
+CUSTOM, ABSORBING, FILE = "custom", "absorbing", "file"
+ABSORBING_NUMBER, FILE_NUMBER = 91, 90
 SIDES = ("inside", "outside")
 # The range of the node's sockets.
-MOST_N, MOST_MU = 10.0, 100.0
+MOST_N, MOST_MU, MOST_K = 10.0, 100.0, 100.0
 
 
 def number(value: float) -> str:
@@ -53,9 +103,38 @@ def _help(name):
     return f"n = {number(medium.n)}, mu = {number(medium.mu)}"
 
 
+def _heading(text):
+    return ("", text, "", "NONE", 0)
+
+
+# As a menu shows them, each part a column under its heading.
 MEDIUM_ITEMS = (
+    _heading("One number"),
     *((name, _label(name), _help(name), "NONE", value) for name, value in MEDIUM_NUMBERS.items()),
+    _heading("Measured, by wavelength"),
+    *((name, *DISPERSIVE_TEXTS[name], "NONE", value) for name, value in MEASURED_NUMBERS.items()),
+    _heading("To teach with, by wavelength"),
+    *((name, *DISPERSIVE_TEXTS[name], "NONE", value) for name, value in TAUGHT_NUMBERS.items()),
+    _heading("Your own"),
     (CUSTOM, "Own values", "The n and mu that are typed in", "NONE", 0),
+)
+# And of a material that is there already.
+PANEL_ITEMS = (
+    *MEDIUM_ITEMS,
+    (
+        ABSORBING,
+        "Own values, absorbing",
+        "The n and mu that are typed in, in which light falls to 1/e over the absorption length, in all colours alike",
+        "NONE",
+        ABSORBING_NUMBER,
+    ),
+    (
+        FILE,
+        "From a file...",
+        "n and k by wavelength, of a .yml file of the refractiveindex.info database",
+        "NONE",
+        FILE_NUMBER,
+    ),
 )
 
 
@@ -95,7 +174,7 @@ def permeability_property():
 def chosen_medium(name: str, n: float, mu: float) -> Medium:
     """The Medium of an enum item; of n and mu where it is "custom". Raises ValueError for n = 0."""
     if name != CUSTOM:
-        return MEDIA[name]
+        return Medium.parse(name)
     n = plain(n)
     return Medium(n, math.copysign(plain(mu), n) if n else None)
 

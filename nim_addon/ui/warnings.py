@@ -8,6 +8,7 @@ from bpy.app.translations import pgettext_iface, pgettext_rpt
 from .. import checks
 from ..checks import mesh_checks, ray_checks
 from ..checks.sight import look
+from ..cycles.material import asked_interfaces, medium_of
 from . import deferred
 from .looks import Looks
 from .panels import draw_sentence
@@ -34,6 +35,8 @@ class Found:
         self.unmeasured = len(sight.left_out)
         self.lamps = [lamp.name for lamp in sight.lamps]
         self.wearers = [wearer.original.name for wearer in sight.wearers()]
+        interfaces = [found.node for material in sight.ours for found in asked_interfaces(material)]
+        self.disperses = any(medium_of(node, side) for node in interfaces for side in ("Inside", "Outside"))
         self.unannounced = self._unannounced(scene)
 
     def _unannounced(self, scene):

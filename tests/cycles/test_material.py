@@ -12,7 +12,7 @@ import pytest
 
 from nim_addon.cycles.closures import INTERFACE, backends
 from nim_addon.cycles.closures.script import bytecode_of, script_of
-from nim_addon.cycles.material import NODE_NAME, interface_material, interface_node, interface_of
+from nim_addon.cycles.material import NODE_NAME, interface_material, interface_node, interface_of, medium_of, set_medium
 from nim_addon.cycles.nodes import Nodes, empty_tree
 from nim_addon.physics import Interface, Medium, spectra
 from nim_addon.scenes import shapes, surfaces
@@ -169,6 +169,21 @@ def test_an_outdated_group_is_brought_up_to_date_in_place(empty_file, render):
     assert text.as_string() == INTERFACE.source()
     assert len(bpy.data.node_groups) == len(bpy.data.texts) == 1
     assert render(scene).mean() == pytest.approx(1, abs=1e-3)
+
+
+@both_backends
+def test_a_medium_by_wavelength_leaves_the_file_with_its_groups_and_texts(empty_file, backend):
+    def there():
+        return sorted(one.name for kind in (bpy.data.node_groups, bpy.data.texts) for one in kind)
+
+    node = INTERFACE.nodes_of(interface_material("x", Medium(-1.5), backend=backend))[0]
+    before = there()
+    set_medium(node, "Inside", Medium.parse("gold"))
+    set_medium(node, "Outside", Medium.parse("gold"))
+    set_medium(node, "Inside", Medium(-1.5))
+    assert medium_of(node, "Outside") == Medium.parse("gold"), "the other side keeps the group that both shared"
+    set_medium(node, "Outside", Medium(1.0))
+    assert there() == before and len(node.id_data.nodes) == 2
 
 
 def test_unknown_backend(empty_file, one_sentence):

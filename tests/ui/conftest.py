@@ -1,7 +1,43 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the tests of the user interface share: the add-on enabled by Blender in a file as it starts for a person."""
 
+from types import SimpleNamespace
+
+import bpy
 import pytest
+
+
+class Layout:
+    """A layout that takes down what is drawn on it, as Blender's would take it."""
+
+    def __init__(self, drawn=None):
+        self.drawn = [] if drawn is None else drawn
+
+    def __getattr__(self, name):
+        if name in ("row", "column", "box", "split", "grid_flow"):
+            return lambda **_: Layout(self.drawn)
+        if name in ("label", "separator", "template_icon"):
+            return lambda *_, **values: self.drawn.append((name, values.get("text", values.get("icon_value"))))
+        raise AttributeError(name)
+
+    def panel(self, name, default_closed=False):
+        assert default_closed
+        self.drawn.append(("panel", name))
+        return Layout(self.drawn), Layout(self.drawn)
+
+    def prop(self, data, name, text=None, **_):
+        assert name in data.bl_rna.properties, name
+        self.drawn.append(("prop", name))
+
+    def operator(self, name, text=None, icon="NONE", depress=False):
+        group, _, verb = name.partition(".")
+        getattr(getattr(bpy.ops, group), verb).get_rna_type()
+        self.drawn.append(("operator", name))
+        return SimpleNamespace()
+
+    @property
+    def text(self):
+        return "\n".join(str(value) for kind, value in self.drawn if kind == "label")
 
 
 @pytest.fixture
@@ -17,7 +53,6 @@ def addon(default_file):
 @pytest.fixture
 def press():
     """press(operator, **properties) -> its result set; an undo step is pushed, as for a person. Errors are raised."""
-    import bpy
 
     def pressed(operator, **properties):
         group, _, name = operator.partition(".")
@@ -30,8 +65,6 @@ def press():
 def settings(addon):
     """The settings of the scene that is shown, whichever that is by then."""
 
-    import bpy
-
     class Current:
         def __getattr__(self, name):
             return getattr(bpy.context.scene.nim_scenes, name)
@@ -40,3 +73,22 @@ def settings(addon):
             setattr(bpy.context.scene.nim_scenes, name, value)
 
     return Current()
+
+
+@pytest.fixture
+def draw():
+    """draw(material, width) -> the Layout on which the panel of the Material properties was drawn."""
+
+    def drawn(material, width=300):
+        layout = Layout()
+        context = SimpleNamespace(
+            material=material,
+            object=bpy.data.objects["Cube"],
+            scene=bpy.context.scene,
+            region=SimpleNamespace(width=width),
+            preferences=SimpleNamespace(system=SimpleNamespace(ui_scale=1.0, pixel_size=1.0)),
+        )
+        bpy.types.NIM_PT_material.draw(SimpleNamespace(layout=layout), context)
+        return layout
+
+    return drawn

@@ -13,59 +13,12 @@ from nim_addon.cycles.material import interface_material, interface_nodes, inter
 from nim_addon.physics import MEDIA, Interface, Medium
 
 
-class Layout:
-    """A layout that takes down what is drawn on it, as Blender's would take it."""
-
-    def __init__(self, drawn=None):
-        self.drawn = [] if drawn is None else drawn
-
-    def __getattr__(self, name):
-        if name in ("row", "column", "box", "split", "grid_flow"):
-            return lambda **_: Layout(self.drawn)
-        if name in ("label", "separator", "template_icon"):
-            return lambda *_, **values: self.drawn.append((name, values.get("text", values.get("icon_value"))))
-        raise AttributeError(name)
-
-    def prop(self, data, name, text=None, **_):
-        assert name in data.bl_rna.properties, name
-        self.drawn.append(("prop", name))
-
-    def operator(self, name, text=None, icon="NONE", depress=False):
-        group, _, verb = name.partition(".")
-        getattr(getattr(bpy.ops, group), verb).get_rna_type()
-        self.drawn.append(("operator", name))
-        return SimpleNamespace()
-
-    @property
-    def text(self):
-        return "\n".join(str(value) for kind, value in self.drawn if kind == "label")
-
-
 @pytest.fixture
 def material(addon):
     """A material of index -1.5 in air, worn by the default cube."""
     material = interface_material("NIM", Medium(-1.5), backend="nodes")
     bpy.data.objects["Cube"].data.materials[0] = material
     return material
-
-
-@pytest.fixture
-def draw():
-    """draw(material, width) -> the Layout on which the panel of the Material properties was drawn."""
-
-    def drawn(material, width=300):
-        layout = Layout()
-        context = SimpleNamespace(
-            material=material,
-            object=bpy.data.objects["Cube"],
-            scene=bpy.context.scene,
-            region=SimpleNamespace(width=width),
-            preferences=SimpleNamespace(system=SimpleNamespace(ui_scale=1.0, pixel_size=1.0)),
-        )
-        bpy.types.NIM_PT_material.draw(SimpleNamespace(layout=layout), context)
-        return layout
-
-    return drawn
 
 
 def sockets(material):

@@ -46,7 +46,7 @@ NOT_SHOWN = {
     "Diamond": "part of a medium's label",
 }
 # Words that stay as they are; a text of nothing else, numbers apart, needs no translation.
-SAME = {"n", "mu", "NIM", "OSL", "Blender", "Auto"}
+SAME = {"n", "k", "mu", "NIM", "OSL", "Blender", "Auto"}
 
 
 def needs_translation(text):

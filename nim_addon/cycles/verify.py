@@ -17,8 +17,8 @@ import bpy
 import mathutils
 import numpy as np
 
-from ..physics import MEDIA, Interface, Medium
-from . import settings
+from ..physics import MEDIA, REPRESENTATIVE_NM, Interface, Medium
+from . import settings, wavelength
 from .material import interface_material, resolve
 from .nodes import Nodes, empty_tree
 from .render import pixels_of
@@ -40,6 +40,23 @@ PAIRS = (
     Interface(MEDIA["nim-1.5"], MEDIA["nim-1.33"]),
     Interface(Medium(-0.6, -2.0), MEDIA["nim-mu10"]),
 )
+# Of what absorbs all that enters at once: R, and that nothing passes, from vacuum on either side of the faces.
+LOSSY = (
+    Medium.parse("silver").at(REPRESENTATIVE_NM),
+    Medium.parse("gold").at(REPRESENTATIVE_NM),
+    Medium(-1.33 + 0.05j),
+    Medium.of(0.01 + 0.02j),  # epsilon near zero
+    Medium.of(-2.25),  # epsilon alone is negative
+    Medium(1.5 + 0.01j),
+)
+LOSSY_ANGLES = (0.0, 45.0, 75.0)
+# Of slabs that absorb on the way through.
+THICKNESS = 0.5
+SLABS = (Medium(1.5 + 1.1e-7j), Medium(-1.0 + 1.1e-7j), Medium(-1.5 + 1.1e-7j))  # light falls to 1/e within 0.4
+SLAB_ANGLES = (0.0, 40.0, 70.0)
+# Of media that disperse, each by one render a wavelength, in nanometres.
+DISPERSIVE = ("n-bk7", "n-sf11", "nim-normal", "nim-causal")
+WAVELENGTHS, DISPERSIVE_ANGLE = (450.0, 650.0), 40.0
 SAMPLES = 64  # a pixel
 ACROSS, ALONG = 32, 16  # pixels of a strip: 512 of them make 32,768 samples
 PITCH = 0.002  # width of a strip, where the floor lies at depth 1
@@ -56,7 +73,7 @@ COLLECTIONS = ("objects", "meshes", "materials", "worlds", "cameras", "node_grou
 class Check:
     """One measured number beside the equation's: `error` is its standard error, or the tolerance where `z` is None."""
 
-    what: str  # "R", "landing", "R of 40", "R + T", "furnace"
+    what: str  # "R", "T", "landing", "R of 40", "R + T", "furnace", "slab"
     incident: str
     transmitted: str
     signs: str
@@ -85,11 +102,11 @@ HEADER = f"{'what':8} {'media':30} {'from':8} {'angle':>5} {'equation':>12} {'me
 def verify(
     progress: Callable[[int, int], object] | None = None, backend: str = "auto", short: bool = False
 ) -> list[Check]:
-    """Measure R and landing points, a chain of interfaces and white furnaces in Cycles.
+    """Measure R and landing points, a chain of interfaces, white furnaces, and media with loss and colour in Cycles.
 
     progress: called with (renders done, renders in all)
     backend:  which form of the material to measure, as for material.interface_material
-    short:    only the angles of SHORT, without the chain and the furnaces: 2 s instead of 20
+    short:    only the angles of SHORT, without all that follows them: 2 s instead of 25
     Nothing of the current file is changed. Raises as material.resolve() does.
     """
     backend = resolve(backend)
@@ -97,6 +114,8 @@ def verify(
     steps = [(measure_angle, angle) for angle in (SHORT if short else ANGLES)]
     if not short:
         steps += [(_measure_chain, 30.0), (_measure_furnace, None)]
+        steps += [(measure_losses, angle) for angle in LOSSY_ANGLES] + [(measure_slabs, angle) for angle in SLAB_ANGLES]
+        steps += [(measure_wavelength, nm) for nm in WAVELENGTHS]
     for done, (measure, argument) in enumerate(steps):
         if progress:
             progress(done, len(steps))
@@ -218,9 +237,17 @@ def _within(what, labels, angle, equation, measured, tolerance):
     )
 
 
-def measure_angle(angle: float, backend: str) -> list[Check]:
-    """R and landing points of all PAIRS from both sides, for a beam at an angle in degrees; backend: "osl" or "nodes"."""
-    views = [(interface, flipped) for interface in PAIRS for flipped in (False, True)]
+def _views(media):
+    """The interfaces of media with vacuum and whether they are flipped, so that light from vacuum meets either side."""
+    vacuum = MEDIA["vacuum"]
+    return [view for one in media for view in ((Interface(one), False), (Interface(vacuum, one), True))]
+
+
+def _flat(views, angle, backend, wavelength_nm=None):
+    """Blocks of pixels (ALONG, ACROSS, 3) of a beam on flat interfaces, flipped or not, that lie side by side.
+
+    wavelength_nm: of the light, where a medium disperses; all media of the file are of it from then on
+    """
     with _rig(backend) as scene:
         _world(scene, (1, 0, 0))
         _strip(scene, _glowing_floor(), 0, len(views) * PITCH, -1.0)
@@ -228,22 +255,88 @@ def measure_angle(angle: float, backend: str) -> list[Check]:
             material = interface_material("NIM strip", interface.inside, interface.outside, backend=backend)
             _strip(scene, material, row * PITCH, (row + 1) * PITCH, 0.0, flipped)
         _beam(scene, angle, len(views))
-        pixels = pixels_of(scene)
+        if wavelength_nm:
+            wavelength.set_neutral(wavelength_nm)
+        return np.split(pixels_of(scene), len(views))
+
+
+def _landing(labels, angle, seen, block):
+    """The Check of the point of the floor where the rays land, in a list; none where it cannot be told."""
     theta = math.radians(angle)
+    theta_t = float(seen.theta_t(theta))
+    # too little light passes to say where, or it runs off the floor's scale
+    if not (seen.fresnel(math.cos(theta)).T > 0.01 and abs(math.tan(theta_t)) < OFFSET):
+        return []
     entry = (np.arange(ACROSS) + 0.5 - ACROSS / 2) * PITCH / ALONG / math.cos(theta)
+    green, blue = block[..., 1], block[..., 2]
+    landing = float(np.sum(green - blue * (OFFSET + entry)) / max(np.sum(blue), 1e-9))
+    return [_within("landing", labels, angle, math.tan(theta_t), landing, LANDING_TOLERANCE)]
+
+
+def measure_angle(angle: float, backend: str) -> list[Check]:
+    """R and landing points of all PAIRS from both sides, for a beam at an angle in degrees; backend: "osl" or "nodes"."""
+    views = [(interface, flipped) for interface in PAIRS for flipped in (False, True)]
     checks = []
-    for row, (interface, flipped) in enumerate(views):
+    for (interface, flipped), block in zip(views, _flat(views, angle, backend), strict=True):
         labels = _labels(interface, flipped)
         seen = interface.reversed() if flipped else interface
-        block = pixels[row * ALONG : (row + 1) * ALONG]
-        red, green, blue = (block[..., channel] for channel in range(3))
-        R = float(seen.fresnel(math.cos(theta)).R)
-        checks.append(_reflectance("R", labels, angle, R, red.ravel()))
-        # too little light passes to say where, or it runs off the floor's scale
-        theta_t = float(seen.theta_t(theta))
-        if 1 - R > 0.01 and abs(math.tan(theta_t)) < OFFSET:
-            landing = float(np.sum(green - blue * (OFFSET + entry)) / max(np.sum(blue), 1e-9))
-            checks.append(_within("landing", labels, angle, math.tan(theta_t), landing, LANDING_TOLERANCE))
+        R = float(seen.fresnel(math.cos(math.radians(angle))).R)
+        checks.append(_reflectance("R", labels, angle, R, block[..., 0].ravel()))
+        checks += _landing(labels, angle, seen, block)
+    return checks
+
+
+def measure_losses(angle: float, backend: str) -> list[Check]:
+    """R of the LOSSY media from both sides, and that nothing passes; the same arguments."""
+    views = _views(LOSSY)
+    checks = []
+    for (interface, flipped), block in zip(views, _flat(views, angle, backend), strict=True):
+        labels = _labels(interface, flipped)
+        seen = interface.reversed() if flipped else interface
+        R = float(seen.fresnel(math.cos(math.radians(angle))).R)
+        checks.append(_reflectance("R", labels, angle, R, block[..., 0].ravel()))
+        checks.append(_within("T", labels, angle, 0.0, float(block[..., 2].mean()), 1e-6))
+    return checks
+
+
+def measure_wavelength(wavelength_nm: float, backend: str) -> list[Check]:
+    """Where rays of a wavelength, nanometres, land behind the media that are DISPERSIVE; backend as above."""
+    media = [Medium.parse(name) for name in DISPERSIVE]
+    views = [(Interface(medium), False) for medium in media]
+    before = wavelength.neutral()
+    try:
+        blocks = _flat(views, DISPERSIVE_ANGLE, backend, wavelength_nm)
+    finally:
+        wavelength.set_neutral(before)
+    checks = []
+    for (interface, flipped), block in zip(views, blocks, strict=True):
+        labels = _labels(interface, flipped)
+        labels["transmitted"] += f" {wavelength_nm:g} nm"
+        checks += _landing(labels, DISPERSIVE_ANGLE, interface.at(wavelength_nm), block)
+    return checks
+
+
+def measure_slabs(angle: float, backend: str) -> list[Check]:
+    """What passes through closed SLABS, in all orders of reflection: T^2 l / (1 - R^2 l^2), l = exp(-alpha way).
+
+    The same arguments as of measure_angle().
+    """
+    with _rig(backend) as scene:
+        _world(scene, (1, 0, 0))
+        _strip(scene, _glowing_floor(), 0, len(SLABS) * PITCH, -1.0)
+        for row, medium in enumerate(SLABS):
+            material = interface_material("NIM strip", medium, backend=backend)
+            for z, flipped in ((0.0, False), (-THICKNESS, True)):
+                _strip(scene, material, row * PITCH, (row + 1) * PITCH, z, flipped)
+        _beam(scene, angle, len(SLABS))
+        blocks = np.split(pixels_of(scene), len(SLABS))
+    checks = []
+    for medium, block in zip(SLABS, blocks, strict=True):
+        theta = math.radians(angle)
+        R, T = (float(share) for share in Interface(medium).fresnel(math.cos(theta))[2:])
+        left = math.exp(-medium.absorption() * THICKNESS / math.cos(float(Interface(medium).theta_t(theta))))
+        passed = T * T * left / (1 - (R * left) ** 2)
+        checks.append(_reflectance("slab", _labels(Interface(medium), False), angle, passed, block[..., 2].ravel()))
     return checks
 
 

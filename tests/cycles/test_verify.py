@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 import pytest
 
-from nim_addon.cycles import verify
+from nim_addon.cycles import verify, wavelength
 from nim_addon.cycles.closures import INTERFACE, script
 
 
@@ -32,6 +32,14 @@ def test_covers_what_it_promises(checks):
     assert max(check.angle for check in measured) >= 89
     assert verify.ACROSS * verify.ALONG * verify.SAMPLES >= 20_000
     assert sum(check.what == "landing" for check in checks) >= 60
+    # six media with loss, each from either side at three angles, in which nothing goes on
+    assert sum(check.what == "T" for check in checks) == 36
+    assert len({check.transmitted for check in checks if check.what == "T"}) == 6
+    assert {check.angle for check in checks if check.what == "slab"} == set(verify.SLAB_ANGLES)
+    # two wavelengths land apart
+    apart = {check.transmitted: check.equation for check in checks if check.transmitted.endswith(" nm")}
+    assert abs(apart["n-bk7 450 nm"] - apart["n-bk7 650 nm"]) > 3 * verify.LANDING_TOLERANCE
+    assert abs(apart["nim-normal 450 nm"] - apart["nim-normal 650 nm"]) > 10 * verify.LANDING_TOLERANCE
 
 
 def test_standard_errors_are_not_too_wide_to_tell(checks):
@@ -64,7 +72,7 @@ def test_summary_is_json(checks):
         # the two sides of the face exchanged
         ("int from_inside = backfacing()", "int from_inside = !backfacing()", "R"),
         # one per cent of the reflected light too much
-        ("float R = 0.5 *", "float R = 0.505 *", "R"),
+        ("R = 0.5 * (r_s", "R = 0.505 * (r_s", "R"),
     ],
 )
 def test_a_wrong_closure_fails(monkeypatch, right, wrong, caught):
@@ -73,3 +81,34 @@ def test_a_wrong_closure_fails(monkeypatch, right, wrong, caught):
     monkeypatch.setattr(script, "source", lambda shader: source.replace(right, wrong))
     checks = verify.measure_angle(60.0, "osl")
     assert caught in {check.what for check in checks if not check.passed}
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "measure", "caught"),
+    [
+        ("exp(-alpha * way)", "exp(-0.99 * alpha * way)", verify.measure_slabs, "slab"),
+        ("min(0.5 * (R_s + R_p), 1.0)", "min(0.501 * (R_s + R_p), 1.0)", verify.measure_losses, "R"),
+        # k of the two sides exchanged
+        ("cx c_inside = cx(n_inside, k_inside)", "cx c_inside = cx(n_inside, k_outside)", verify.measure_losses, "R"),
+        # what a metal does not reflect goes on
+        ("(from_inside ? k_outside : k_inside) <= OPAQUE", "1", verify.measure_losses, "T"),
+    ],
+)
+def test_a_closure_with_wrong_losses_fails(right, wrong, measure, caught, monkeypatch):
+    source = INTERFACE.source()
+    assert right in source
+    monkeypatch.setattr(script, "source", lambda shader: source.replace(right, wrong))
+    assert caught in {check.what for check in measure(40.0, "osl") if not check.passed}
+
+
+@pytest.mark.parametrize("backend", ["osl", "nodes"])
+def test_a_file_that_shows_another_wavelength_does_so_afterwards(backend, empty_file):
+    held = wavelength.group(backend)
+    wavelength.set_neutral(500.0)
+    assert all(check.passed for check in verify.measure_wavelength(650.0, backend))
+    assert wavelength.neutral() == 500.0 and held in bpy.data.node_groups.values()
+
+
+def test_a_medium_that_stays_at_its_representative_index_fails(monkeypatch):
+    monkeypatch.setattr(wavelength, "set_neutral", lambda wavelength_nm: None)
+    assert not all(check.passed for check in verify.measure_wavelength(650.0, "nodes"))

@@ -154,7 +154,8 @@ class Bake:
             )
         colors = np.array([placing.color(light) for light, _ in self.sources])
         alike = np.ptp(colors, axis=0).max() < 1e-6 and not self.tracer.bending.tinted
-        names = ("side", "place", "power", "share")
+        alike &= self.tracer.wavelengths is None
+        names = ("side", "place", "power", "share", "nm")
         sample = Landed(*(np.concatenate([getattr(landed, name) for landed in trial]) for name in names))
         textures = layout(self.tracer.charts, sample, self.texels)
         return Density(self.tracer.parts, self.tracer.charts, textures, tuple(colors[0]) if alike else None)

@@ -10,12 +10,14 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import bpy
+from numpy.typing import ArrayLike
 
 from ..cycles.closures import INTERFACE, closure_of_node
 from ..cycles.material import interface_of
 from ..cycles.nodes import Nodes, empty_tree
 from ..cycles.object_values import attributes_of, carry
 from ..cycles.visibility import asked, has_nodes, is_interface, value_of
+from ..physics import REPRESENTATIVE_NM, Interface
 
 # Within a medium light is counted for less (photons.Tracer). The share of a crossing, (n_i / n_t)^2, travels as a colour
 # (1, 2 - s, s), which must stay positive and of mean 1, so that no path changes: s is the share to a small power.
@@ -50,13 +52,14 @@ class Bending:
     group:  the interface for photons
     trees:  all node trees that have switches
     dark:   the material of what only stops light
-    shares: of a crossing into each of the interfaces met so far, (n_outside / n_inside)^2, None where a node decides it
+    shares: of a crossing into each of the interfaces met so far, (n_outside / n_inside)^2, the Interface itself where that
+            depends on the wavelength, None where a node decides it
     tinted: whether any of them takes colour from light
     """
 
     def __init__(self):
         self.trees: list[bpy.types.NodeTree] = []
-        self.shares: set[float | None] = set()
+        self.shares: set[float | Interface | None] = set()
         self.tinted = False
         self._effects: dict[str | None, Effect] = {}
         self.group = self._optics()
@@ -121,7 +124,8 @@ class Bending:
         """Remember what an interface does to light: to its counting, and to its colour."""
         interface = interface_of(node, path)
         if interface is None or interface.inside.n:  # else no light crosses it
-            self.shares.add(interface and round((interface.outside.n / interface.inside.n) ** 2, 9))
+            disperses = interface and (interface.inside.dispersion or interface.outside.dispersion)
+            self.shares.add(interface if disperses or interface is None else round(share_of(interface), 9))
         self.tinted |= not _is_white(node.inputs["Tint"], path)
         losses = (node.inputs[f"{loss} {side}"] for loss in LOSSES for side in ("Inside", "Outside"))
         self.tinted |= any(value_of(socket, path) != 0.0 for socket in losses)
@@ -192,6 +196,14 @@ class Bending:
             nodes.feed(node.inputs["Color"], counted)
         self.trees.append(group)
         return group
+
+
+def share_of(crossing: float | Interface, wavelength_nm: ArrayLike = REPRESENTATIVE_NM) -> Any:
+    """The share of a crossing into an interface, one of Bending.shares, (...) at wavelengths (...), nanometres."""
+    if not isinstance(crossing, Interface):
+        return crossing
+    outside, inside = (medium.spectrum(wavelength_nm)[0].real for medium in (crossing.outside, crossing.inside))
+    return (outside / inside) ** 2
 
 
 # ------------------------------------------------------------------------------------------------ kinds of materials

@@ -23,6 +23,9 @@ FINEST = 0.75  # of a texture, for the finest windows
 SMALLEST = 64  # edge of a texture
 ROOM = 8  # of the largest texture's size, for all of them together: a thousand tiles lit alike would else take 60 GB
 ENOUGH = 32  # photons that make a kernel wide enough
+ENOUGH_COLOURED = (
+    128  # of those that have wavelengths, whose colours have four times the variance (colour.Wavelengths.noise)
+)
 RADII = (0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64)  # of kernels, in texels
 
 
@@ -269,7 +272,9 @@ def spread(flux: NDArray, others: NDArray, area: NDArray) -> NDArray:
     """
     counts, ground = _table(others), _table(area)
     height, width = area.shape
-    y, x = np.nonzero(flux.sum(axis=2) > 0)
+    y, x = np.nonzero((flux != 0).any(axis=2))
+    coloured = bool((flux < 0).any())  # no colour of a screen is that of one wavelength
+    needed = ENOUGH_COLOURED if coloured else ENOUGH
 
     def corners(radius: Any, some: Any = slice(None)) -> tuple:
         """Flat places in a table of the corners of the boxes about some of the texels, cut off at the edges."""
@@ -289,7 +294,7 @@ def spread(flux: NDArray, others: NDArray, area: NDArray) -> NDArray:
         around = held(ground, places)
         enough = around > 0
         if radius < RADII[-1]:
-            enough &= held(counts, places) >= ENOUGH
+            enough &= held(counts, places) >= needed
         reach[left[enough]], surface[left[enough]] = radius, around[enough]
         left = left[~enough]
         if not len(left):
@@ -305,7 +310,7 @@ def spread(flux: NDArray, others: NDArray, area: NDArray) -> NDArray:
         )
         change = change.reshape(counts.shape)[:-1, :-1]
         answer[..., channel] = change.cumsum(axis=0).cumsum(axis=1)
-    return np.maximum(answer, 0) * (area > 0)[..., None]
+    return (answer if coloured else np.maximum(answer, 0)) * (area > 0)[..., None]
 
 
 def _table(values):

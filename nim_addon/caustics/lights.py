@@ -17,6 +17,7 @@ import mathutils
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..cycles import spectral
 from ..cycles.nodes import uses_nodes
 from ..cycles.visibility import is_instance_rendered, is_rendered, rendered
 
@@ -324,8 +325,11 @@ def emitted(lamp: bpy.types.Object) -> NDArray:
     if not uses_nodes(data):
         return np.ones(3)
     nodes = [node for node in data.node_tree.nodes if node.type not in ("OUTPUT_LIGHT", "FRAME", "REROUTE")]
-    if len(nodes) == 1 and nodes[0].type == "EMISSION" and not any(socket.is_linked for socket in nodes[0].inputs):
-        return np.array(nodes[0].inputs["Color"].default_value[:3]) * nodes[0].inputs["Strength"].default_value
+    nodes = [node for node in nodes if not spectral.is_weight(node)]
+    if len(nodes) == 1 and nodes[0].type == "EMISSION":
+        colour, strength = spectral.weighted(nodes[0].inputs["Color"]), nodes[0].inputs["Strength"]
+        if not (colour.is_linked or strength.is_linked):
+            return np.array(colour.default_value[:3]) * strength.default_value
     raise ValueError(
         f"the light of {lamp.name} comes from its own nodes, and such is not traced; switch its nodes off."
     )

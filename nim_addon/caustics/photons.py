@@ -15,16 +15,20 @@ import mathutils
 import numpy as np
 from numpy.typing import NDArray
 
-from ..cycles import meshes, settings
+from ..cycles import meshes, settings, spectral
 from ..cycles.animation import curves_of
 from ..cycles.casting import Faces
+from ..cycles.closures import SHUTTER
+from ..cycles.closures.backends import osl_available
 from ..cycles.nodes import Nodes, empty_tree
 from ..cycles.object_values import give, values_of
 from ..cycles.render import pixels_of
 from ..cycles.visibility import PATHS_MARK, as_rendered, rendered, shown
+from ..physics import REPRESENTATIVE_NM
+from ..physics.colour import Wavelengths
 from . import atlas, lights
 from .atlas import Chart, Part
-from .bending import POWER, WHITE, Bending, switch
+from .bending import POWER, WHITE, Bending, share_of, switch
 
 PLACE_ATTRIBUTE = "nim_place"  # of the corners of the meshes that light lands on: Tracer._mark()
 # The collections of bpy.data of what a Tracer makes.
@@ -39,10 +43,11 @@ class Landed:
     place: (N, 2) in the chart, metres
     power: (N, 3) W, where the light is in watts
     share: (N,) what part of a photon's power Cycles makes of it (Tracer)
+    nm:    (N,) wavelength, nanometres; the neutral one where the scene is not spectral
     """
 
-    def __init__(self, side: NDArray, place: NDArray, power: NDArray, share: NDArray):
-        self.side, self.place, self.power, self.share = side, place, power, share
+    def __init__(self, side: NDArray, place: NDArray, power: NDArray, share: NDArray, nm: NDArray):
+        self.side, self.place, self.power, self.share, self.nm = side, place, power, share, nm
 
     @property
     def chart(self) -> NDArray:
@@ -51,7 +56,7 @@ class Landed:
 
     def only(self, here: NDArray) -> Landed:
         """Those for which `here` (N,) is true."""
-        return Landed(self.side[here], self.place[here], self.power[here], self.share[here])
+        return Landed(self.side[here], self.place[here], self.power[here], self.share[here], self.nm[here])
 
 
 class Tracer:
@@ -62,6 +67,7 @@ class Tracer:
     benders: the objects that bend or mirror light; surfaces: what stands for their meshes and instances
     target:  what light is sent at
     bending: the materials that the photons meet
+    wavelengths: how photons have theirs, in a scene that is spectral; else None, and all have the neutral one
 
     Raises ValueError, one sentence, for a scene without an interface or a mirror, without a surface for the light to land
     on, or with one that has no area.
@@ -95,6 +101,7 @@ class Tracer:
         _check(self.source)
         self.scene = self._empty_scene()
         self.bending = Bending()
+        self.wavelengths = Wavelengths.by_importance() if spectral.is_spectral(self.source) else None
         self._shine = self._shining()
         bent, corners = [], []
         with as_rendered(self.source) as depsgraph:
@@ -138,6 +145,9 @@ class Tracer:
         scene.cycles.filter_width = 1.0
         scene.cycles.use_light_tree = False
         scene.render.use_persistent_data = True
+        if spectral.is_spectral(self.source):
+            spectral.open_shutter(scene)
+            scene.cycles.shading_system = osl_available()
         scene.world = bpy.data.worlds.new("NIM photons")
         scene.world.color = (0, 0, 0)
         empty_tree(scene.world)
@@ -179,6 +189,8 @@ class Tracer:
         copy.matrix_world = matrix
         give(copy, values, surface.original)
         self.scene.collection.objects.link(copy)
+        if self.wavelengths and spectral.drifts(self.source):
+            spectral.let_drift(copy)
         return copy, bends, _box(mesh, matrix)
 
     def _mark(self, mesh, matrix, lands, surface, values):
@@ -216,7 +228,8 @@ class Tracer:
 
     def _shining(self):
         """A material that emits the corner attribute where the path met an interface or a mirror; in blue 2 more on the
-        back of a face, and 1 more where the path crossed interfaces an odd number of times."""
+        back of a face, 1 more where the path crossed interfaces an odd number of times, and a part of 0.5 more that is
+        the path's share of the shutter, by which it has its wavelength."""
         material = bpy.data.materials.new("NIM place")
         nodes = Nodes(empty_tree(material))
         path = nodes.add("ShaderNodeLightPath").outputs
@@ -225,6 +238,9 @@ class Tracer:
         met = nodes.math("MINIMUM", nodes.math("ADD", path["Ray Depth"], path["Transparent Depth"]), 1.0)
         back = nodes.add("ShaderNodeNewGeometry").outputs["Backfacing"]
         more = nodes.math("MULTIPLY_ADD", back, 2.0, nodes.math("FLOORED_MODULO", crossed, 2.0))
+        if self.wavelengths:
+            shutter = SHUTTER.new_node(nodes.tree, "osl" if osl_available() else "nodes")
+            more = nodes.math("MULTIPLY_ADD", shutter.outputs["Share"], 0.5, more)
         place = nodes.add("ShaderNodeAttribute", attribute_name=PLACE_ATTRIBUTE).outputs["Vector"]
         place = nodes.vector("ADD", place, nodes.add("ShaderNodeCombineXYZ", inputs={2: more}).outputs[0])
         color = nodes.mix(switch(nodes, "white"), place, WHITE)
@@ -267,9 +283,8 @@ class Tracer:
         """
         random = np.random.default_rng(seed)
         shares = self.bending.shares
-        known = [share for share in shares if share is not None]
-        pairs = len(known) == len(shares) == 1
-        inside = known[0] if pairs else 1.0
+        # of the only interface there is, from outside of which all photons come
+        (crossing,) = shares if len(shares) == 1 else (None,)
         for index, shot in enumerate(light.shots(self.target, photons, passes, random)):
             if index < first:
                 continue
@@ -280,24 +295,29 @@ class Tracer:
             self.bending.set(white=0.0, tinted=0.0, counted=0.0)
             pixels = pixels_of(self.scene)
             there = pixels[..., 2] > 0.5
-            code = np.rint(pixels[there][:, 2]).astype(int)
+            code = np.floor(pixels[there][:, 2] + 0.25).astype(int)
             power = np.broadcast_to(shot.power, pixels.shape)[there]
+            nm: NDArray | float = REPRESENTATIVE_NM
+            if self.wavelengths:
+                share_of_shutter = np.clip(2 * (pixels[there][:, 2] - code), 0, 1)
+                nm = self.wavelengths.wavelength(share_of_shutter)
+                power = power * self.wavelengths.weight(share_of_shutter)
             if self.bending.tinted:
                 self.bending.set(white=1.0, tinted=1.0)
                 power = power * pixels_of(self.scene)[there]
-            if pairs:
-                share = np.where(code % 2 == 1, inside, 1.0)
+            if crossing is not None:
+                share = np.where(code % 2 == 1, share_of(crossing, nm), 1.0)
             else:
                 self.bending.set(white=1.0, tinted=0.0, counted=1.0)
                 share = pixels_of(self.scene)[there][:, 2] ** (1 / POWER)
-            yield self._landed(code, pixels[there], power, share)
+            yield self._landed(code, pixels[there], power, share, np.broadcast_to(nm, len(code)))
 
-    def _landed(self, code, pixels, power, share):
+    def _landed(self, code, pixels, power, share, nm):
         side = code // 2 - 2
         low = np.array([chart.low for chart in self.charts])[side // 2]
         high = np.array([chart.high for chart in self.charts])[side // 2]
         place = low + (pixels[:, :2] - 1) * np.maximum(high - low, 1e-9)
-        return Landed(side, place, power, share)
+        return Landed(side, place, power, share, nm)
 
 
 def _check(scene):

@@ -19,10 +19,24 @@ from . import wavelength
 from .closures.backends import osl_available, resolve
 from .closures.shutter import DRIFT, DRIFTS, REST
 from .nodes import Owner, uses_nodes
-from .visibility import as_rendered, asked, lamps, shown
+from .visibility import CAUSTICS_MARK, as_rendered, asked, lamps, shown
 from .wavelength import set_neutral, set_stratum
 
-__all__ = ["Done", "backend_of", "done", "is_spectral", "set_neutral", "set_stratum", "set_up", "undo"]
+__all__ = [
+    "Done",
+    "backend_of",
+    "done",
+    "drifts",
+    "is_spectral",
+    "is_weight",
+    "let_drift",
+    "open_shutter",
+    "set_neutral",
+    "set_stratum",
+    "set_up",
+    "undo",
+    "weighted",
+]
 
 MARK = "nim_spectral"  # of a scene: what its settings were; of nodes: that they are ours
 DONE = "nim_spectral_done"  # of a scene: the numbers of Done
@@ -81,13 +95,14 @@ def set_up(scene: bpy.types.Scene, backend: str = "auto") -> Done:
     wavelength.group(backend)  # raises, if it must, before anything is changed
     if not is_spectral(scene):
         _keep_settings(scene)
-    for path, value in SETTINGS.items():
-        _put(scene, path, value)
-    _flatten(scene)
+    open_shutter(scene)
     with as_rendered(scene) as depsgraph:
         meshes = list(dict.fromkeys(surface.original for surface in shown(scene, depsgraph)))
         materials = {material for surface in shown(scene, depsgraph) for material in surface.materials if material}
         shining = lamps(scene, depsgraph)
+    for obj in (obj for obj in scene.objects if obj.get(CAUSTICS_MARK)):  # which stand for others while caustics are baked
+        (shining if obj.type == "LIGHT" else meshes).append(obj)
+        materials.update(slot.material for slot in obj.material_slots if slot.material)
     weighed = Done(
         sum(_weigh(light, backend) for light in {lamp.data for lamp in shining}),
         sum(_weigh(material, backend) for material in materials),
@@ -95,9 +110,27 @@ def set_up(scene: bpy.types.Scene, backend: str = "auto") -> Done:
     )
     if backend == "nodes":
         for obj in (*meshes, *shining):
-            _let_drift(obj)
+            let_drift(obj)
     scene[DONE] = list(map(int, weighed))
     return weighed
+
+
+def open_shutter(scene: bpy.types.Scene) -> None:
+    """Set a scene so that each path has a time of its own, which is its wavelength."""
+    for path, value in SETTINGS.items():
+        _put(scene, path, value)
+    _flatten(scene)
+
+
+def weighted(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
+    """Where the own colour of what shines stands: an input that set_up() did not change, or what it puts in its place."""
+    product = next((link.from_node for link in socket.links if link.from_node.get(MARK)), None)
+    return _mix_sockets(product)[1] if product else socket
+
+
+def is_weight(node: bpy.types.Node) -> bool:
+    """Whether a node is one that set_up() put into a tree."""
+    return bool(node.get(MARK))
 
 
 def undo(scene: bpy.types.Scene) -> None:
@@ -255,7 +288,7 @@ def _take_out(tree, product):
 # ------------------------------------------------------------------------------------------------ what drifts
 
 
-def _let_drift(obj):
+def let_drift(obj: bpy.types.Object) -> None:
     """Let an object drift by DRIFT metres upwards of its own while the shutter is open, so that nodes can tell the time."""
     _stop(obj)
     obj[REST], obj[DRIFTS] = list(obj.matrix_world.translation), 1.0
@@ -264,6 +297,11 @@ def _let_drift(obj):
         up = (obj.parent.matrix_world @ obj.matrix_parent_inverse).to_3x3() @ up
     rate = DRIFT / SHUTTER_TIME / (up.length or math.inf)
     obj.driver_add("delta_location", 2).driver.expression = f"(frame - floor(frame)) * {rate:.9g}"
+
+
+def drifts(scene: bpy.types.Scene) -> bool:
+    """Whether any object of a scene drifts, since materials tell the wavelength by nodes."""
+    return any(DRIFTS in obj for obj in scene.objects)
 
 
 def _stop(obj):

@@ -92,6 +92,6 @@ def landed_of(scene, light, photons, passes):
     with Tracer(scene) as tracer:
         batches = list(tracer.trace(light, photons, passes))
         names = np.array([chart.name for chart in tracer.charts])
-    columns = ("side", "place", "power", "share")
+    columns = ("side", "place", "power", "share", "nm")
     landed = Landed(*(np.concatenate([getattr(batch, column) for batch in batches]) for column in columns))
     return names[landed.chart], landed

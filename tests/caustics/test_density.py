@@ -14,7 +14,7 @@ def test_many_surfaces_lit_alike_share_the_texels(tiles, edge):
     each = 4096
     side = np.repeat(2 * np.arange(tiles), each)
     place = np.random.default_rng(1).random((len(side), 2))
-    sample = Landed(side, place, np.ones((len(side), 3)), np.ones(len(side)))
+    sample = Landed(side, place, np.ones((len(side), 3)), np.ones(len(side)), np.full(len(side), 550.0))
     textures = layout(charts, sample, 512)
     assert len(textures) == tiles and {texture.shape[1] for texture in textures.values()} == {edge}
     assert sum(texture.size for texture in textures.values()) <= max(ROOM * 512**2, tiles * SMALLEST**2)

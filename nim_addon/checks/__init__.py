@@ -12,7 +12,7 @@ from ..cycles.closures import closure_of_node
 from ..cycles.closures.backends import device_runs_osl, osl_available
 from ..cycles.material import asked_closures
 from ..cycles.problem import Problem
-from . import mesh_checks, ray_checks, value_checks
+from . import mesh_checks, ray_checks, spectral_checks, value_checks
 from .sight import Sight, look
 
 ENGINES = {
@@ -117,7 +117,7 @@ def _use_osl(scene, problem):
 
 
 # Each finds the Problems of its kind in a sight.Sight; slow ones are quick where Sight.measured() has kept what they know.
-CHECKS = [*ray_checks.CHECKS, value_checks.find, value_checks.bumps, mesh_checks.find]
+CHECKS = [*ray_checks.CHECKS, value_checks.find, value_checks.bumps, mesh_checks.find, spectral_checks.find]
 # {code of a Problem that has a remedy: function(scene, problem) that does it}
 MENDS = {
     "engine": _use_cycles,
@@ -128,4 +128,5 @@ MENDS = {
     **ray_checks.MENDS,
     **value_checks.MENDS,
     **mesh_checks.MENDS,
+    **spectral_checks.MENDS,
 }

@@ -16,6 +16,7 @@ import bpy
 import mathutils
 
 from . import wavelength
+from .closures import INTERFACE
 from .closures.backends import osl_available, resolve
 from .closures.shutter import DRIFT, DRIFTS, REST
 from .nodes import Owner, uses_nodes
@@ -24,9 +25,10 @@ from .wavelength import set_neutral, set_stratum
 
 __all__ = [
     "Done",
-    "backend_of",
     "done",
     "drifts",
+    "is_at_rest",
+    "is_flat",
     "is_spectral",
     "is_weight",
     "let_drift",
@@ -35,6 +37,7 @@ __all__ = [
     "set_stratum",
     "set_up",
     "undo",
+    "unweighted",
     "weighted",
 ]
 
@@ -80,9 +83,10 @@ def done(scene: bpy.types.Scene) -> Done | None:
     return Done(lamps, materials, bool(sky))
 
 
-def backend_of(scene: bpy.types.Scene) -> str:
-    """The backend, "osl" or "nodes", that tells the wavelength to a scene's materials: that of its media, or as resolve()."""
-    return resolve("auto", scene)
+def _backend_of(scene, materials):
+    """The backend that tells the wavelength: nodes where all our materials are made of them, else as resolve() has it."""
+    used = {INTERFACE.backend_of(node.node_tree) for material in materials for node in INTERFACE.nodes_of(material)}
+    return "nodes" if used == {"nodes"} else resolve("auto", scene)
 
 
 def set_up(scene: bpy.types.Scene, backend: str = "auto") -> Done:
@@ -91,16 +95,18 @@ def set_up(scene: bpy.types.Scene, backend: str = "auto") -> Done:
     What it gives weights to may be shared with other scenes: where motion blur is off it is white, as it was. Done anew it
     finds what has come since. Raises as closures.backends.resolve() does.
     """
-    backend = backend_of(scene) if backend == "auto" else resolve(backend)
-    wavelength.group(backend)  # raises, if it must, before anything is changed
-    if not is_spectral(scene):
-        _keep_settings(scene)
-    open_shutter(scene)
+    resolve(backend)  # raises, if it must, before anything is changed
     with as_rendered(scene) as depsgraph:
         meshes = list(dict.fromkeys(surface.original for surface in shown(scene, depsgraph)))
         materials = {material for surface in shown(scene, depsgraph) for material in surface.materials if material}
         shining = lamps(scene, depsgraph)
-    for obj in (obj for obj in scene.objects if obj.get(CAUSTICS_MARK)):  # which stand for others while caustics are baked
+    backend = _backend_of(scene, materials) if backend == "auto" else backend
+    if not is_spectral(scene):
+        _keep_settings(scene)
+    open_shutter(scene)
+    for obj in (
+        obj for obj in scene.objects if obj.get(CAUSTICS_MARK)
+    ):  # which stand for others while caustics are baked
         (shining if obj.type == "LIGHT" else meshes).append(obj)
         materials.update(slot.material for slot in obj.material_slots if slot.material)
     weighed = Done(
@@ -208,7 +214,22 @@ def _weigh(owner: Owner, backend: str) -> bool:
         if isinstance(owner, bpy.types.Material):
             return False  # plain ones do not shine
         _use_nodes(owner)
-    weighed = False
+    colours = _colours(owner)
+    for node, colour in colours:
+        _weigh_socket(node.id_data, node, colour, backend)
+    return bool(colours)
+
+
+def unweighted(owner: Owner) -> bool:
+    """Whether a material, lamp or sky shines with light that has no wavelength yet."""
+    if not uses_nodes(owner):
+        return not isinstance(owner, bpy.types.Material)
+    return any(weighted(colour) == colour for _, colour in _colours(owner))
+
+
+def _colours(owner: Owner) -> list[tuple[bpy.types.Node, bpy.types.NodeSocket]]:
+    """The nodes of a material, lamp or sky that shine, and the input of each for its colour."""
+    found = []
     sockets = ("Surface",) if isinstance(owner, bpy.types.Light) else ("Surface", "Volume")
     for node in {found.node for socket in sockets for found in asked(owner, socket)}:
         if node.type not in EMITTERS:
@@ -216,9 +237,8 @@ def _weigh(owner: Owner, backend: str) -> bool:
         colour, strength = (node.inputs[name] for name in EMITTERS[node.type])
         if not strength.is_linked and strength.default_value == 0:
             continue
-        _weigh_socket(node.id_data, node, colour, backend)
-        weighed = True
-    return weighed
+        found.append((node, colour))
+    return found
 
 
 def _use_nodes(owner):
@@ -297,6 +317,11 @@ def let_drift(obj: bpy.types.Object) -> None:
         up = (obj.parent.matrix_world @ obj.matrix_parent_inverse).to_3x3() @ up
     rate = DRIFT / SHUTTER_TIME / (up.length or math.inf)
     obj.driver_add("delta_location", 2).driver.expression = f"(frame - floor(frame)) * {rate:.9g}"
+
+
+def is_at_rest(obj: bpy.types.Object) -> bool:
+    """Whether an object drifts, and stands where it did when it was let."""
+    return DRIFTS in obj and (obj.matrix_world.translation - mathutils.Vector(obj[REST])).length < DRIFT / 4
 
 
 def drifts(scene: bpy.types.Scene) -> bool:

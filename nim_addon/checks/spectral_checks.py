@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is wrong with a render of all wavelengths: with the shutter that gives them, and with what is to have them."""
+
+from __future__ import annotations
+
+import bpy
+
+from ..cycles import dispersive, spectral, wavelength
+from ..cycles.animation import curves_of
+from ..cycles.closures import SHUTTER
+from ..cycles.nodes import Owner
+from ..cycles.problem import Problem
+from ..cycles.visibility import asked, has_nodes
+from .sight import Sight
+
+MOVES = ("location", "rotation", "scale", "delta_location", "delta_rotation", "delta_scale")
+STILL = 1e-5  # of a value, while the shutter is open: what it shows of colours is below what is seen
+
+
+def find(sight: Sight) -> list[Problem]:
+    """The Problems of a scene's wavelengths; in one that is not spectral, that what disperses shows but one of them."""
+    scene = sight.scene
+    if not spectral.is_spectral(scene):
+        names = tuple(sorted(material.name for material in sight.ours if _disperses(material)))
+        if not names:
+            return []
+        text = (
+            "{names}: what disperses is shown at {nm:g} nm alone, since the scene is not rendered in all wavelengths."
+        )
+        values = {"names": ", ".join(names), "nm": wavelength.neutral()}
+        return [Problem("one_wavelength", (text,), values, "Render all wavelengths", materials=names)]
+    return [*_shutter(scene), *_moving(sight), *_volumes(sight), *_light(sight), *_sky(scene)]
+
+
+def _disperses(material):
+    return any(dispersive.is_medium_node(node) for node in material.node_tree.nodes)
+
+
+def _shutter(scene):
+    """Whether the time within the shutter still gives each path its wavelength."""
+    if not scene.render.use_motion_blur:
+        text = "Motion Blur is off: the picture shows what disperses at {nm:g} nm alone, in no colours."
+        return [Problem("shutter", (text,), {"nm": wavelength.neutral()}, "Turn it on")]
+    wrong = []
+    if scene.render.motion_blur_shutter > 2 * spectral.SHUTTER_TIME:
+        wrong.append("the shutter is open for {open:g} frames, and what moves meanwhile has edges in all colours")
+    if scene.render.motion_blur_position != spectral.SETTINGS["render.motion_blur_position"]:
+        wrong.append("the shutter does not start on the frame, by which nodes tell the wavelength")
+    if scene.cycles.rolling_shutter_type != "NONE":
+        wrong.append("the shutter rolls, so that each row of the picture has wavelengths of its own")
+    if not spectral.is_flat(scene):
+        wrong.append("the shutter's curve is not flat, so that some wavelengths come too often")
+    texts = tuple(f"Real motion blur and all wavelengths exclude each other: {reason}." for reason in wrong)
+    return [Problem("shutter", texts, {"open": scene.render.motion_blur_shutter}, "Set the shutter")] if wrong else []
+
+
+def _moving(sight):
+    """What moves while the shutter is open, by keyframes of its own: no button knows what is meant by it."""
+    scene = sight.scene
+    start, end = scene.frame_current, scene.frame_current + scene.render.motion_blur_shutter
+    names = []
+    for obj in dict.fromkeys([*(shown.original for shown in sight.shown), *sight.lamps, scene.camera]):
+        if obj is not None and any(
+            curve.data_path.startswith(MOVES) and abs(curve.evaluate(end) - curve.evaluate(start)) > STILL
+            for curve, strip in curves_of(obj)
+            if strip is None
+        ):
+            names.append(obj.name)
+    if not names:
+        return []
+    text = "{names}: it moves while the shutter is open, and each wavelength sees it elsewhere: its edges are coloured."
+    return [Problem("moves_in_colours", (text,), {"names": ", ".join(names)}, None, objects=tuple(names))]
+
+
+def _volumes(sight):
+    """From Blender 5.0 on what a volume may be at most is asked at one wavelength, and what is denser at others is missed."""
+    if bpy.app.version < (5, 0) or sight.scene.cycles.volume_biased:
+        return []
+    worn = {material for shown in sight.shown for material in shown.materials if has_nodes(material)}
+    names = tuple(
+        sorted(
+            material.name
+            for material in worn
+            if any(SHUTTER.is_node(found.node) for found in asked(material, "Volume"))
+        )
+    )
+    if not names:
+        return []
+    text = "{names}: a volume that depends on the wavelength comes out too thin; Blender is right with biased volumes only."
+    return [Problem("volume_in_colours", (text,), {"names": ", ".join(names)}, "Use biased volumes", materials=names)]
+
+
+def _light(sight):
+    """What shines without the weight of its wavelength, or has come, or moved, since the scene was set up."""
+    names = [material.name for material in _shining(sight) if spectral.unweighted(material)]
+    names += [lamp.name for lamp in sight.lamps if spectral.unweighted(lamp.data)]
+    if sight.scene.world and spectral.unweighted(sight.scene.world):
+        names.append(sight.scene.world.name)
+    found = []
+    if names:
+        text = "{names}: its light has no wavelengths, and stays white where it is bent by what disperses."
+        found.append(Problem("white_light", (text,), {"names": ", ".join(sorted(names))}, "Set up anew"))
+    telling = {lamp for lamp in sight.lamps if _tells_by_nodes(lamp.data)}
+    for shown in sight.shown:
+        if shown.single and any(material and _tells_by_nodes(material) for material in shown.materials):
+            telling.add(shown.original)
+    moved = sorted(obj.name for obj in telling if not spectral.is_at_rest(obj))
+    if moved:
+        text = "{names}: it was moved, or made, since all wavelengths were set up, and cannot tell them."
+        values = {"names": ", ".join(moved)}
+        found.append(Problem("moved_since", (text,), values, "Set up anew", objects=tuple(moved)))
+    return found
+
+
+def _shining(sight):
+    return {material for shown in sight.shown for material in shown.materials if material}
+
+
+def _tells_by_nodes(owner: Owner) -> bool:
+    """Whether the nodes of a material, lamp or sky ask the place of the object for the wavelength."""
+    return any(SHUTTER.is_node(node) and SHUTTER.backend_of(node.node_tree) == "nodes" for node, _ in asked(owner))
+
+
+def _sky(scene):
+    if scene.world is None or not _tells_by_nodes(scene.world):
+        return []
+    text = (
+        "The sky {name} has no place, by which Blender's nodes could tell it the wavelength: its light stays white; use a "
+        "Blender with OSL, or let a dome shine in its place."
+    )
+    return [Problem("white_sky", (text,), {"name": scene.world.name}, None)]
+
+
+def _set_up(scene, problem):
+    spectral.set_up(scene)
+
+
+def _open_shutter(scene, problem):
+    spectral.open_shutter(scene)
+
+
+def _bias_volumes(scene, problem):
+    scene.cycles.volume_biased = True
+
+
+MENDS = {
+    "one_wavelength": _set_up,
+    "shutter": _open_shutter,
+    "white_light": _set_up,
+    "moved_since": _set_up,
+    "volume_in_colours": _bias_volumes,
+}

@@ -43,15 +43,18 @@ def _shutter(scene):
         return [Problem("shutter", (text,), {"nm": wavelength.neutral()}, "Turn it on")]
     wrong = []
     if scene.render.motion_blur_shutter > 2 * spectral.SHUTTER_TIME:
-        wrong.append("the shutter is open for {open:g} frames, and what moves meanwhile has edges in all colours")
+        wrong.append("The shutter is open for {open:g} frames: what moves meanwhile has edges in all colours.")
     if scene.render.motion_blur_position != spectral.SETTINGS["render.motion_blur_position"]:
-        wrong.append("the shutter does not start on the frame, by which nodes tell the wavelength")
+        wrong.append("The shutter does not start on the frame, by which nodes tell the wavelength.")
     if scene.cycles.rolling_shutter_type != "NONE":
-        wrong.append("the shutter rolls, so that each row of the picture has wavelengths of its own")
+        wrong.append("The shutter rolls, so that each row of the picture has wavelengths of its own.")
     if not spectral.is_flat(scene):
-        wrong.append("the shutter's curve is not flat, so that some wavelengths come too often")
-    texts = tuple(f"Real motion blur and all wavelengths exclude each other: {reason}." for reason in wrong)
-    return [Problem("shutter", texts, {"open": scene.render.motion_blur_shutter}, "Set the shutter")] if wrong else []
+        wrong.append("The shutter's curve is not flat, so that some wavelengths come too often.")
+    if not wrong:
+        return []
+    exclusive = "Real motion blur and all wavelengths exclude each other."
+    values = {"open": scene.render.motion_blur_shutter}
+    return [Problem("shutter", (*wrong, exclusive), values, "Set the shutter")]
 
 
 def _moving(sight):

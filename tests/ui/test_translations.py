@@ -15,7 +15,7 @@ import bpy
 import pytest
 
 from nim_addon import checks, ui
-from nim_addon.checks import media_checks, mesh_checks, place_checks, ray_checks, value_checks
+from nim_addon.checks import media_checks, mesh_checks, place_checks, ray_checks, spectral_checks, value_checks
 from nim_addon.cycles import problem, settings
 from nim_addon.cycles.closures import CLOSURES
 from nim_addon.physics import limits
@@ -24,7 +24,18 @@ from nim_addon.ui import presets, translations
 
 # The modules whose texts are looked for: what the panels show of the checks is written there.
 SOURCES = sorted(Path(ui.__file__).parent.glob("*.py"))
-CHECKS = (checks, limits, media_checks, mesh_checks, place_checks, problem, ray_checks, settings, value_checks)
+CHECKS = (
+    checks,
+    limits,
+    media_checks,
+    mesh_checks,
+    place_checks,
+    problem,
+    ray_checks,
+    settings,
+    spectral_checks,
+    value_checks,
+)
 SOURCES += [Path(module.__file__) for module in CHECKS]
 # Literals of these modules that read like a text, and why they are none.
 NOT_SHOWN = {

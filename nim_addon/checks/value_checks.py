@@ -17,7 +17,17 @@ from ..cycles.visibility import asked, end_of, value_of
 from ..physics.media import LEAST_MAGNITUDE, MOST_MAGNITUDE
 from .sight import Sight
 
+SIDES = ("Inside", "Outside")
+IMAGINARY = {"Index": "Extinction", "Permeability": "Permeability Loss"}  # of a quantity, by its socket
 NUMBERS = ("Index Inside", "Permeability Inside", "Index Outside", "Permeability Outside")
+# What has a least and a most value, to which a button may bring it.
+MOST_ABSORPTION = 1e12  # per metre; that of a metal is 1e8
+RANGES = {
+    **{f"{loss} {side}": (0.0, MOST_MAGNITUDE) for loss in ("Extinction", "Permeability Loss") for side in SIDES},
+    **{f"Absorption {side}": (0.0, MOST_ABSORPTION) for side in SIDES},
+    "Roughness": (0.0, 1.0),
+    "Tint": (0.0, 1.0),
+}
 # Of a Bump node, in pixels: beyond it, its normals may be those of no surface, and total reflection on them traps light.
 WIDEST_FILTER, FILTER = 0.5, 0.1
 # An animation is looked at on each of its frames, and on this many of them where it is longer.
@@ -25,12 +35,16 @@ FRAMES = 2000
 
 
 class Setting(NamedTuple):
-    """A number that an interface is given: the socket that holds it in the end, and its place in a colour or None."""
+    """A number that an interface is given: the socket that holds it in the end, and its place in a colour or None.
+
+    lossy: of an index or a permeability, whether it has an imaginary part too, which carries no wave where it is alone
+    """
 
     material: bpy.types.Material
     name: str
     socket: bpy.types.NodeSocket
     place: int | None
+    lossy: bool = False
 
     @property
     def value(self) -> float:
@@ -43,7 +57,7 @@ def find(sight: Sight) -> list[Problem]:
     found = {}
     for material in sight.worn:
         for setting in settings(material):
-            problem = _wrong_tint(sight, setting) if setting.name == "Tint" else _wrong_number(sight, setting)
+            problem = _out_of_range(sight, setting) if setting.name in RANGES else _wrong_number(sight, setting)
             if problem:
                 found.setdefault((problem.code, material, setting.name), problem)
     return list(found.values())
@@ -52,16 +66,23 @@ def find(sight: Sight) -> list[Problem]:
 def settings(material: bpy.types.Material) -> Iterator[Setting]:
     """The numbers that the interfaces of a material are given, where only Value and RGB nodes decide them."""
     for node, path in asked_interfaces(material):
-        for name in (*NUMBERS, "Tint"):
+        for name in (*NUMBERS, *RANGES):
             socket = node.inputs.get(name)
             end = end_of(socket, path)[0] if socket else None
             if end is None or (end.is_output and end.node.type not in ("VALUE", "RGB")):
                 continue
             if not hasattr(end.default_value, "__len__"):
-                yield Setting(material, name, end, None)
+                yield Setting(material, name, end, None, _is_lossy(node, path, name))
             elif name == "Tint":  # how much of a colour an index is, Cycles decides
                 for place in range(3):
                     yield Setting(material, name, end, place)
+
+
+def _is_lossy(node, path, name):
+    """Whether the imaginary part of an index or a permeability of that name is, or may be, another number than 0."""
+    quantity, _, side = name.rpartition(" ")
+    socket = node.inputs.get(f"{IMAGINARY[quantity]} {side}") if quantity in IMAGINARY else None
+    return socket is not None and value_of(socket, path) != 0.0
 
 
 def over_time(setting: Setting, scene: bpy.types.Scene) -> list[tuple[float | None, float]]:
@@ -90,7 +111,8 @@ def _wrong_number(sight, setting):
     values = over_time(setting, sight.scene)
     where = {"material": setting.material.name, "socket": setting.name}
     for frame, value in values:
-        if LEAST_MAGNITUDE <= abs(value) <= MOST_MAGNITUDE:  # which what is no number is not
+        least = 0.0 if setting.lossy else LEAST_MAGNITUDE
+        if least <= abs(value) <= MOST_MAGNITUDE:  # which what is no number is not
             continue
         if abs(value) < LEAST_MAGNITUDE:
             text = "{material}: {socket} is {value}, which refracts nothing."
@@ -102,21 +124,28 @@ def _wrong_number(sight, setting):
                 text = "{material}: {socket} is {value} on frame {frame}, which is out of range."
         return _about(setting, "number", text, None, value=f"{value:g}", frame=_frame(frame), **where)
     for (_, value), (frame, following) in itertools.pairwise(values):
-        if value * following < 0 and "Index" in setting.name:
+        if value * following < 0 and "Index" in setting.name and not setting.lossy:
             text = "{material}: {socket} passes through 0 before frame {frame}, where nothing is refracted."
             return _about(setting, "number", text, None, frame=_frame(frame), **where)
     return None
 
 
-def _wrong_tint(sight, setting):
+def _out_of_range(sight, setting):
+    low, high = RANGES[setting.name]
     for frame, value in over_time(setting, sight.scene):
-        if not 0 <= value <= 1:
-            text = "{material}: the tint is {value}, but an interface passes between 0 and 1 of the light."
-            if frame is not None:
-                text = "{material}: on frame {frame} the tint is {value}, but it lies between 0 and 1."
+        if not low <= value <= high:
+            if setting.name == "Tint":
+                text = "{material}: the tint is {value}, but an interface passes between 0 and 1 of the light."
+                if frame is not None:
+                    text = "{material}: on frame {frame} the tint is {value}, but it lies between 0 and 1."
+            else:
+                text = "{material}: {socket} is {value}, but it lies between {low} and {high}."
+                if frame is not None:
+                    text = "{material}: {socket} is {value} on frame {frame}, but it lies between {low} and {high}."
             remedy = "Bring it into range" if frame is None else None
-            where = {"material": setting.material.name, "value": f"{value:g}", "frame": _frame(frame)}
-            return _about(setting, "tint", text, remedy, **where)
+            where = {"material": setting.material.name, "socket": setting.name, "frame": _frame(frame)}
+            where |= {"value": f"{value:g}", "low": f"{low:g}", "high": f"{high:g}"}
+            return _about(setting, "tint" if setting.name == "Tint" else "range", text, remedy, **where)
     return None
 
 
@@ -163,12 +192,15 @@ def _about(setting, code, text, remedy, **values):
 def _bring_into_range(scene, problem):
     for name in problem.materials:
         for setting in settings(bpy.data.materials[name, None]):
-            if setting.name == "Tint" and not 0 <= setting.value <= 1:
-                value = 1.0 if math.isnan(setting.value) else min(1.0, max(0.0, setting.value))
+            low, high = RANGES.get(setting.name, (-math.inf, math.inf))
+            if setting.name in RANGES and not low <= setting.value <= high:
+                # a tint that is no number takes nothing, and a loss that is none loses nothing
+                none = high if setting.name == "Tint" else low
+                value = none if math.isnan(setting.value) else min(high, max(low, setting.value))
                 if setting.place is None:
                     setting.socket.default_value = value
                 else:
                     setting.socket.default_value[setting.place] = value
 
 
-MENDS = {"tint": _bring_into_range, "bump_filter": _narrow}
+MENDS = {"tint": _bring_into_range, "range": _bring_into_range, "bump_filter": _narrow}

@@ -33,6 +33,49 @@ def test_a_number_that_nothing_has(scene, one_sentence, name, value, word, fed):
     assert problem.code == "number" and problem.remedy is None and problem.materials == ("NIM",)
 
 
+@pytest.mark.parametrize("fed", [False, True], ids=["in the socket", "by a Value node"])
+@pytest.mark.parametrize(
+    "name, value, word, mended",
+    [
+        ("Extinction Inside", -0.25, "-0.25, but it lies between 0 and 1e+06", 0.0),
+        ("Extinction Outside", math.nan, "nan", 0.0),
+        ("Permeability Loss Inside", 1e9, "1e+09", 1e6),
+        ("Permeability Loss Outside", -1.0, "-1", 0.0),
+        ("Absorption Inside", -3.0, "-3, but it lies between 0 and 1e+12", 0.0),
+        ("Absorption Outside", math.inf, "e+38", 1e12),
+        ("Roughness", 1.5, "1.5, but it lies between 0 and 1", 1.0),
+    ],
+)
+def test_a_loss_that_nothing_has_is_brought_into_range(scene, one_sentence, name, value, word, mended, fed):
+    socket = put(name, value, fed)
+    problem = next(problem for problem in checks.problems(scene) if problem.code == "range")
+    one_sentence(problem.sentence, "NIM", name, word)
+    checks.mend(scene, "range")
+    assert socket.default_value == pytest.approx(mended) and "range" not in codes(scene)
+
+
+@pytest.mark.parametrize("quantity, loss", [("Index", "Extinction"), ("Permeability", "Permeability Loss")])
+def test_a_real_part_may_be_0_where_there_is_an_imaginary_one(scene, quantity, loss):
+    put(f"{quantity} Inside", 0.0)
+    assert codes(scene) == ["number"]
+    put(f"{loss} Inside", 1.5)
+    assert "number" not in codes(scene)
+    put(f"{loss} Inside", 0.0)
+    put(f"{loss} Outside", 1.5)  # that of the other side is another matter
+    assert "number" in codes(scene)
+
+
+def test_a_loss_that_is_wrong_on_the_way(scene, one_sentence):
+    socket = put("Absorption Inside", 1.0)
+    for frame, value in ((1, 1.0), (11, -1.0)):
+        socket.default_value = value
+        socket.keyframe_insert("default_value", frame=frame)
+    scene.frame_set(1)
+    problem = next(problem for problem in checks.problems(scene) if problem.code == "range")
+    one_sentence(problem.sentence, "on frame", "Absorption Inside")
+    assert problem.remedy is None
+
+
 def test_a_number_that_a_driver_or_ones_own_group_gives(scene):
     own_group(scene)
     group = bpy.data.node_groups["Mine"]

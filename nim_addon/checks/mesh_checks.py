@@ -15,7 +15,7 @@ import numpy as np
 
 from ..cycles import visibility
 from ..cycles.problem import Problem, about, own_data
-from . import media_checks, place_checks
+from . import loss_checks, media_checks, place_checks
 from .borders import Borders
 from .sight import Sight, look
 from .solids import Solid
@@ -39,7 +39,8 @@ def find(sight: Sight) -> list[Problem]:
     """The Problems of the meshes that wear an interface, of where they are, and of the media that border on them."""
     borders = Borders(survey(sight))
     own = _normals(sight, borders) + _holes(sight, borders) + _doubled(sight, borders)
-    return own + media_checks.find(borders) + place_checks.find(sight, borders.around)
+    own += media_checks.find(borders) + loss_checks.find(sight, borders)
+    return own + place_checks.find(sight, borders.around)
 
 
 # ---------------------------------------------------------------------------------------------------- normals
@@ -332,6 +333,7 @@ def edited(mesh: bpy.types.Mesh) -> Iterator[bmesh.types.BMesh]:
 
 MENDS = {
     **media_checks.MENDS,
+    **loss_checks.MENDS,
     **place_checks.MENDS,
     "normals": _turn_out,
     "open": _close,

@@ -8,6 +8,7 @@ import math
 from collections.abc import Sequence
 
 import bpy
+import numpy as np
 
 from ..physics import MEDIA, REPRESENTATIVE_NM, VISIBLE_NM, Interface, Medium
 from ..physics.media import LEAST_MAGNITUDE, MOST_MAGNITUDE
@@ -19,6 +20,8 @@ from .visibility import Asked, asked, is_interface, value_of
 
 __all__ = [
     "NODE_NAME",
+    "absorb_by_volume",
+    "absorbs",
     "asked_closures",
     "asked_interfaces",
     "interface_material",
@@ -71,15 +74,17 @@ def interface_material(
     tree.links.new(node.outputs["BSDF"], output.inputs["Surface"])
     node.inputs["Tint"].default_value = (*tint, 1.0)
     if volume and inside.absorption():
-        _absorb_by_volume(node, output, inside.absorption())
+        absorb_by_volume(node, output)
     # how solid view shows it: NIMs warm, dielectrics cool
     material.diffuse_color = (0.9, 0.6, 0.35, 0.5) if inside.is_nim or outside.is_nim else (0.5, 0.7, 0.9, 0.5)
     return material
 
 
-def _absorb_by_volume(node, output, alpha):
-    """Let a volume absorb `alpha` per metre in the place of the interface."""
+def absorb_by_volume(node: bpy.types.Node, output: bpy.types.Node) -> None:
+    """Let a volume, at an output of the material, take what an interface node absorbs inside, at 550 nm, in its place."""
     tree, socket = node.id_data, node.inputs["Absorption Inside"]
+    dispersed = medium_of(node, "Inside")
+    alpha = dispersed.absorption() if dispersed else number_of(socket) or 0.0
     for link in list(socket.links):
         tree.links.remove(link)
     socket.default_value = 0.0
@@ -222,6 +227,22 @@ def _medium(index, mu):
             near = Medium.of(epsilon.real, mu)
             return near if abs(near.index - index) <= ROUNDING * abs(index) else None
     return None
+
+
+def absorbs(node: bpy.types.Node, side: str, path: tuple = ()) -> float:
+    """What an interface node takes itself on a side, "Inside" or "Outside": per metre, the most of all wavelengths.
+
+    path: as of interface_of(). inf where a node decides it that is not of a medium; 0 for groups of earlier versions.
+    """
+    socket = node.inputs.get(f"Absorption {side}")
+    if socket is None:
+        return 0.0
+    links = socket.links
+    if links and (dispersed := dispersive.medium_of(links[0].from_node)):
+        nm = np.linspace(*VISIBLE_NM, 15)
+        return float((4e9 * math.pi * dispersed.spectrum(nm)[0].imag / nm).max())
+    alpha = number_of(socket, path)
+    return math.inf if alpha is None else alpha
 
 
 def number_of(socket: bpy.types.NodeSocket, path: tuple = ()) -> float | None:

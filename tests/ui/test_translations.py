@@ -15,7 +15,15 @@ import bpy
 import pytest
 
 from nim_addon import checks, ui
-from nim_addon.checks import media_checks, mesh_checks, place_checks, ray_checks, spectral_checks, value_checks
+from nim_addon.checks import (
+    loss_checks,
+    media_checks,
+    mesh_checks,
+    place_checks,
+    ray_checks,
+    spectral_checks,
+    value_checks,
+)
 from nim_addon.cycles import problem, settings
 from nim_addon.cycles.closures import CLOSURES
 from nim_addon.physics import limits
@@ -27,6 +35,7 @@ SOURCES = sorted(Path(ui.__file__).parent.glob("*.py"))
 CHECKS = (
     checks,
     limits,
+    loss_checks,
     media_checks,
     mesh_checks,
     place_checks,

@@ -12,3 +12,5 @@ MOST_SEED = 2**31 - 1
 MOST_PHOTONS = 1 << 40
 LAST_FRAME = 9999  # four digits in a file's name
 FPS = 24  # frames a second, where nothing else is said
+MOST_PASSES = 64  # renders whose mean is one spectral picture
+MOST_WAVELENGTHS = 512  # renders of one wavelength each, of which a spectral image is made

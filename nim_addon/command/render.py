@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..base.options import BACKENDS, CAUSTICS, FPS, MOST_PHOTONS, MOST_SAMPLES, MOST_SEED
+from ..base.options import BACKENDS, CAUSTICS, FPS, MOST_PASSES, MOST_PHOTONS, MOST_SAMPLES, MOST_SEED
 from ..base.text import fit, printable
 from . import blender, words
 from .report import Output, note
@@ -33,10 +33,14 @@ def add_to(commands: argparse._SubParsersAction) -> None:
         "  nimray render glass --set liquid=water view=top --denoise\n"
         "  nimray render pool --set liquid=nim mu=-10 view=window\n"
         "  nimray render --again renders/sphere.exr --samples 1024\n"
-        "  nimray render pool --set view=window --frames 1-48 --denoise\n\n"
+        "  nimray render pool --set view=window --frames 1-48 --denoise\n"
+        "  nimray render sphere spectral=yes --samples 256\n"
+        "  nimray render sphere --wavelengths 400:700:10 --pixel 400,300\n\n"
         "With --frames, the waves of pool and sea move: NAME_0001, NAME_0002, ... show them (frame - 1) / FPS seconds\n"
         "after their parameter time, each frame with a noise of its own (of seed S + frame). What is there already, and\n"
         "was made of the same, is not rendered again.\n\n"
+        "A spectral render has all wavelengths: media that disperse show their colours. With --wavelengths each is rendered\n"
+        "by itself, into a spectral EXR; the mean of a pixel, or of a region, by wavelength goes to NAME.csv.\n\n"
         "`nimray scenes` lists the scenes and the keys that --set takes.",
     )
     parser.add_argument("scene", nargs="?", metavar="SCENE", help=words.A_SCENE)
@@ -45,12 +49,22 @@ def add_to(commands: argparse._SubParsersAction) -> None:
     parser.add_argument("--again", metavar="FILE", help="repeat the render that made this EXR or PNG")
     parser.add_argument("--frames", type=words.frames, metavar="A-B", help="a sequence of images, the waves moving")
     parser.add_argument("--fps", type=words.rate, metavar="FPS", help=f"frames a second ({FPS})")
+    parser.add_argument(
+        "--wavelengths",
+        type=words.stack,
+        metavar="A:B:STEP",
+        help="a spectral EXR: one render a wavelength, in nm",
+    )
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument("--pixel", type=words.region, metavar="X,Y", help="its spectrum to NAME.csv, with --wavelengths")
+    where.add_argument("--region", type=words.region, metavar="X,Y,W,H", help="the same of the mean of a part")
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options that every subcommand has which renders a scene."""
     samples, seed = words.whole("--samples", 1, MOST_SAMPLES), words.whole("--seed", 0, MOST_SEED)
     photons = words.whole("--photons", 1, MOST_PHOTONS)
+    passes = words.whole("--spectral-passes", 1, MOST_PASSES)
     add = parser.add_argument
     add("--set", nargs="+", action="extend", default=[], metavar="KEY=VALUE", dest="assignments", help="parameters")
     add("--samples", type=samples, metavar="N", help="paths a pixel (128)")
@@ -59,6 +73,14 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--out", type=words.folder, default="renders", metavar="DIR", help="folder to write to (renders)")
     add("--name", type=words.name, metavar="NAME", help="of the files, without suffix (scene and settings)")
     add("--backend", choices=BACKENDS, help="OSL, or Blender's own nodes (auto: OSL where there is some)")
+    add("--spectral", action=argparse.BooleanOptionalAction, help="all wavelengths in one picture (spectral=yes)")
+    add(
+        "--spectral-passes",
+        type=passes,
+        metavar="K",
+        help="renders of a part of the wavelengths each (as suits samples)",
+    )
+    add("--wavelength", type=words.wavelength, metavar="NM", help="the only one that media are at (550)")
     add("--denoise", action=argparse.BooleanOptionalAction, help="clean the noise (OpenImageDenoise)")
     add(
         "--caustics",
@@ -85,13 +107,14 @@ def run(arguments: argparse.Namespace) -> None:
         raise UsageError("--again repeats one image; give it without --frames.")
     if arguments.fps and not arguments.frames:
         raise UsageError("--fps goes with --frames.")
+    _check_stack(arguments)
     if not arguments.again and not arguments.scene:
         raise UsageError(f"name a scene to render: {words.A_SCENE}.")
     blender.load()
     from ..renders.request import Request
     from ..scenes.parameters import file_name
 
-    made_with = None
+    made_with = record = None
     with refused():
         if arguments.again:
             try:
@@ -101,9 +124,12 @@ def run(arguments: argparse.Namespace) -> None:
             made_with, usual = record["blender"], f"{fit(Path(arguments.again).stem)}_again"
         else:
             request = Request.of(arguments.scene, arguments.assignments)
-            usual = file_name(str(request.scene), arguments.assignments)
+            usual = file_name(str(request.scene), arguments.assignments + ["spectral=yes"] * bool(arguments.spectral))
         request = with_options(request, arguments)
     name = arguments.name or words.own_name(usual)
+    repeated = "wavelengths" in (record or {}) and not (arguments.spectral or arguments.wavelength)
+    if arguments.wavelengths or repeated:
+        return _render_stack(request, arguments, name, record or {})
     if arguments.frames:
         return _render_frames(request, arguments, name)
     with Output(1, quiet=arguments.quiet, progress=arguments.progress) as output:
@@ -111,14 +137,53 @@ def run(arguments: argparse.Namespace) -> None:
         output.end([rendered.exr, rendered.png], rendered.record["size"], rendered.record["samples"])
 
 
+def _check_stack(arguments):
+    if not arguments.wavelengths:
+        if not arguments.again and (arguments.pixel or arguments.region):
+            raise UsageError(
+                "--pixel and --region are of a spectrum; give them with --wavelengths, such as 400:700:10."
+            )
+        return
+    if arguments.spectral or arguments.wavelength is not None or arguments.spectral_passes:
+        raise UsageError(
+            "--wavelengths renders one wavelength at a time; leave --spectral, --spectral-passes and --wavelength out."
+        )
+    if arguments.frames:
+        raise UsageError("--wavelengths makes one spectral image; leave --frames out.")
+
+
+def _render_stack(request, arguments, name, record):
+    from ..renders.stack import Stack
+
+    if arguments.blend:
+        raise UsageError("a stack is of no Blender file; leave --blend out, or render with --wavelength or --spectral.")
+    with refused():
+        wavelengths = arguments.wavelengths or record["wavelengths"]
+        region = arguments.pixel or arguments.region or record.get("region")
+        if arguments.again:  # of an image that was perhaps spectral
+            request = dataclasses.replace(request, spectral=False, spectral_passes=None, wavelength=None)
+        stack = Stack(request, wavelengths, region)
+    if not (arguments.name or arguments.again):
+        name = words.own_name(f"{name}_wavelengths-{len(stack.wavelengths)}")
+    with Output(1, quiet=arguments.quiet, progress=arguments.progress) as output:
+        with refused():
+            made = stack.render(arguments.out, name, showing=output.showing, tracing=output.tracing)
+        files = [made.exr, made.png, *([made.csv] if made.csv else [])]
+        output.end(files, made.record["size"], made.record["samples"])
+
+
 def with_options(request: Request, arguments: argparse.Namespace) -> Request:
     """A request with the options of add_options() that were given; ValueError for what no render has."""
-    keys = ("samples", "seed", "backend", "denoise", "caustics", "photons")
+    keys = ("samples", "seed", "backend", "denoise", "caustics", "photons", "spectral", "spectral_passes", "wavelength")
     given = {key: getattr(arguments, key) for key in keys if getattr(arguments, key) is not None}
     if arguments.size:
         given["size"] = arguments.size(request.size)
     if given.get("caustics") == "path":
         given.setdefault("photons", None)
+    if {"samples", "spectral"} & given.keys():
+        given.setdefault("spectral_passes", None)  # of an image that is repeated: as suits what is other now
+    if given.get("spectral"):
+        given.setdefault("wavelength", None)
     return dataclasses.replace(request, **given)
 
 

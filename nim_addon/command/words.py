@@ -9,7 +9,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import NoReturn
 
-from ..base.options import BACKENDS, LARGEST_SIDE, LAST_FRAME, SCENE_NAMES
+from ..base.options import BACKENDS, LARGEST_SIDE, LAST_FRAME, MOST_WAVELENGTHS, SCENE_NAMES
 from ..base.text import fit
 from ..physics import Medium
 from ..physics.media import to_number
@@ -38,15 +38,20 @@ class Parser(argparse.ArgumentParser):
     def parse_known_args(self, *words) -> tuple[argparse.Namespace, list[str]]:
         """As argparse has it, but what is not known is refused here, where the subcommand is known."""
         found, unknown = super().parse_known_args(*words)
+        if hasattr(found, "assignments"):  # which --set may stand before, or not
+            found.assignments = [*found.assignments, *filter(_is_assignment, unknown)]
+            unknown = [word for word in unknown if not _is_assignment(word)]
         if unknown:
-            forgotten = "--set" in self.format_usage() and any(re.match(r"\w+=", word) for word in unknown)
-            hint = "; parameters come after --set" if forgotten else ""
-            self.error(f"unrecognized arguments: {' '.join(unknown)}{hint}")
+            self.error(f"unrecognized arguments: {' '.join(unknown)}")
         return found, unknown
 
     def error(self, message: str) -> NoReturn:
         """Refuse the words: UsageError."""
         raise UsageError(f"{message}. Try `{self.prog} --help`.")
+
+
+def _is_assignment(word):
+    return re.match(r"\w+=", word)
 
 
 def add_parser(
@@ -128,6 +133,39 @@ def number(option: str) -> Callable[[str], float]:
             raise UsageError(f"{option} {text!r} is not a number.") from None
 
     return read
+
+
+def stack(text: str) -> list[float]:
+    """Wavelengths, nanometres, of a text such as 400:700:10, the last with them, or 450,550,650."""
+    form = "write it like 400:700:10, from, to and step in nanometres, or like 450,550,650"
+    parts = text.split(":") if ":" in text else text.split(",")
+    try:
+        numbers = [to_number(part) for part in parts]
+    except ValueError:
+        raise UsageError(f"--wavelengths {text!r} is not understood; {form}.") from None
+    if ":" not in text:
+        return numbers
+    if len(numbers) != 3:
+        raise UsageError(f"--wavelengths {text!r} is not understood; {form}.")
+    first, last, step = numbers
+    if not step > 0:
+        raise UsageError(f"--wavelengths {text!r} has a step that is not above 0; {form}.")
+    if first > last:
+        raise UsageError(f"--wavelengths {text!r} runs backwards; write it like {last:g}:{first:g}:{step:g}.")
+    if not (last - first) / step < MOST_WAVELENGTHS:
+        raise UsageError(f"--wavelengths {text!r} has more than {MOST_WAVELENGTHS} wavelengths; take a larger step.")
+    return [first + step * index for index in range(int((last - first) / step + 1e-9) + 1)]
+
+
+def region(text: str) -> tuple[int, ...]:
+    """x, y, width and height of a text such as 10,20,4,3, or x and y alone, of one pixel."""
+    words = text.split(",")
+    if len(words) not in (2, 4) or not all(word.strip().isdecimal() for word in words):
+        raise UsageError(
+            f"{text!r} is no part of a picture; write --pixel 10,20 (x, y from the top left) or --region 10,20,4,3 (with "
+            "width and height)."
+        )
+    return tuple(map(int, words))
 
 
 def frames(text: str) -> tuple[int, int]:

@@ -19,6 +19,8 @@ from . import images
 
 # What is called as Cycles goes on: with the samples done, those in all, and the seconds left or None.
 Progress = Callable[[int, int, float | None], object]
+# What renders a scene and writes two files, the linear EXR and the PNG as displayed, calling a Progress.
+Drawing = Callable[[bpy.types.Scene, Path, Path, Progress | None], object]
 
 
 @contextlib.contextmanager
@@ -51,6 +53,7 @@ def render(
     metadata: dict | None = None,
     progress: Progress | None = None,
     blend: bool = False,
+    drawing: Drawing | None = None,
 ) -> tuple[Path, Path]:
     """Render a scene as it is set up and write NAME.exr (linear, 32-bit) and NAME.png (as displayed).
 
@@ -60,6 +63,7 @@ def render(
     metadata: JSON-ready dict that both images carry, for images.read_metadata()
     progress: called as Cycles goes on
     blend:    also save NAME.blend there
+    drawing:  what renders it, where one render as it is set up is not all
     Returns the paths (exr, png). They, and the .blend, appear whole or not at all. Raises, before it renders, ValueError
     for a name that no file can have and metadata that the images cannot carry; OSError if the folder cannot be written,
     RuntimeError if Blender did not render; each in one sentence.
@@ -68,7 +72,7 @@ def render(
     with files_to(folder, name, [".exr", ".png", *([".blend"] if blend else [])]) as (part, finish):
         images.check_metadata(metadata or {}, part)
         shown, linear = part / "shown.png", part / "linear.exr"
-        _render(scene, linear, shown, progress)
+        (drawing or _render)(scene, linear, shown, progress)
         ready = [_save_blend(scene, part / "ready.blend")] if blend else []
         for source in (shown, linear):
             ready.insert(0, part / f"ready{source.suffix}")
@@ -102,27 +106,32 @@ def _save_blend(scene, file):
 
 
 def _render(scene, linear, shown, progress):
-    with quiet() as chatter, _reporting(progress), _saving(scene) as form:
+    with _rendered(scene, progress) as (result, form):
         form("PNG", "8")
-        # the operator's result stays in memory; both files are made from it
+        _save(result, shown, scene)
+        form("OPEN_EXR", "32")
+        _save(result, linear, scene)
+        if scene.cycles.use_denoising and scene.view_layers[0].cycles.denoising_store_passes:
+            layers = linear.with_name("layers.exr")
+            form("OPEN_EXR_MULTILAYER", "32")
+            _save(result, layers, scene)
+            _keep_noise(scene, layers, linear)
+
+
+@contextlib.contextmanager
+def _rendered(scene, progress):
+    """What Blender has rendered, and what sets the format that it is saved in; RuntimeError where it did not render."""
+    with quiet() as chatter, _reporting(progress), _saving(scene) as form:
+        # the operator's result stays in memory; all files are made from it
         try:
             state = bpy.ops.render.render(scene=scene.name)
         except RuntimeError as error:
             reason = " ".join(str(error).removeprefix("Error: ").split()).rstrip(".")
             raise RuntimeError(f"Blender did not render: {reason}.") from None
-        result = bpy.data.images["Render Result"]
-        if "FINISHED" in state:
-            _save(result, shown, scene)
-            form("OPEN_EXR", "32")
-            _save(result, linear, scene)
-            if scene.cycles.use_denoising and scene.view_layers[0].cycles.denoising_store_passes:
-                layers = linear.with_name("layers.exr")
-                form("OPEN_EXR_MULTILAYER", "32")
-                _save(result, layers, scene)
-                _keep_noise(scene, layers, linear)
-        if not (linear.is_file() and shown.is_file()):
+        if "FINISHED" not in state:
             lines = [line for line in chatter().splitlines() if line.strip() and not line.startswith("Fra:")]
             raise RuntimeError(f"Blender did not render: {' '.join(lines[-2:]).rstrip('.') or 'it gave no reason'}.")
+        yield bpy.data.images["Render Result"], form
 
 
 def _save(result, path, scene):
@@ -132,6 +141,8 @@ def _save(result, path, scene):
             result.save_render(str(path), scene=scene)
     except RuntimeError:
         raise images.cut_off(path) from None
+    if not path.is_file():
+        raise RuntimeError("Blender did not render: it kept no picture.")
 
 
 @contextlib.contextmanager
@@ -171,6 +182,57 @@ def _keep_noise(scene, layers, linear):
     picture = oiio.ImageBufAlgo.channels(images.read(layers), noisy, newchannelnames=tuple("RGB"))
     if picture.has_error or not picture.write(images.named(linear)):
         raise RuntimeError(f"Blender kept no image without denoising: {picture.geterror()}.")
+
+
+def layers_of(scene: bpy.types.Scene, progress: Progress | None = None) -> dict[str, NDArray]:
+    """Render a scene as it is set up; returns the passes of its first view layer by their names, the first row at the top.
+
+    Of each (height, width, channels) float64; "Combined" is the picture, linear. What a denoiser takes is among them where
+    the layer stores it. Raises as render() does.
+    """
+    import OpenImageIO as oiio
+
+    check_scene(scene)
+    layer = scene.view_layers[0]
+    many = layer.cycles.denoising_store_passes
+    with temporary() as folder:
+        file = folder / "layers.exr"
+        with _rendered(scene, progress) as (result, form):
+            form("OPEN_EXR_MULTILAYER" if many else "OPEN_EXR", "32")
+            _save(result, file, scene)
+        image = images.read(file)
+        pixels = image.get_pixels(oiio.FLOAT).astype(float)
+        if not many:
+            return {"Combined": pixels[..., :3]}
+        places: dict[str, list[int]] = {}
+        for place, channel in enumerate(image.spec().channelnames):
+            name, _, letter = channel.removeprefix(f"{layer.name}.").rpartition(".")
+            if channel.startswith(f"{layer.name}.") and letter != "A":
+                places.setdefault(name, []).append(place)
+        return {name: pixels[..., place] for name, place in places.items()}
+
+
+def write_linear(file: Path, pixels: NDArray) -> None:
+    """Write linear pixels (height, width, 3), the first row at the top, to an EXR; OSError where it cannot be written whole."""
+    import OpenImageIO as oiio
+
+    height, width, channels = pixels.shape
+    image = oiio.ImageBuf(oiio.ImageSpec(width, height, channels, oiio.FLOAT))
+    image.set_pixels(image.roi, pixels.astype(np.float32))
+    if not image.write(images.named(file)):
+        raise images.cut_off(file)
+
+
+def write_shown(scene: bpy.types.Scene, file: Path, pixels: NDArray) -> None:
+    """Write linear pixels as write_linear() takes them to a PNG, as the scene's colour management displays them."""
+    with temporary() as folder, quiet(), _saving(scene) as form:
+        write_linear(folder / "linear.exr", pixels)
+        loaded = bpy.data.images.load(str(folder / "linear.exr"))
+        try:
+            form("PNG", "8")
+            _save(loaded, file, scene)
+        finally:
+            bpy.data.images.remove(loaded)
 
 
 def pixels_of(scene: bpy.types.Scene) -> NDArray:

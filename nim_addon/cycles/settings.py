@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import contextlib
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import bpy
@@ -153,9 +154,29 @@ def _put(scene, path, value):
 
 def one_sample(scene: bpy.types.Scene, index: int, total: int) -> None:
     """Let a scene render sample `index` of `total` alone, counted from 0."""
+    sample_range(scene, index, 1, total)
+
+
+def sample_range(scene: bpy.types.Scene, first: int, count: int, total: int) -> None:
+    """Let a scene render the samples from `first`, counted from 0, of the sequence of `total`."""
     cycles = scene.cycles
-    cycles.sample_offset = index
+    cycles.sample_offset = first
     if hasattr(cycles, "use_sample_subset"):  # from 4.5
-        cycles.use_sample_subset, cycles.samples, cycles.sample_subset_length = True, total, 1
+        cycles.use_sample_subset, cycles.samples, cycles.sample_subset_length = True, total, count
     else:
-        cycles.samples = 1
+        cycles.samples = count
+        if count > 1:  # which goes on at an offset in this one alone
+            cycles.sampling_pattern = "TABULATED_SOBOL"
+
+
+@contextlib.contextmanager
+def samples_kept(scene: bpy.types.Scene) -> Iterator[None]:
+    """Let the samples of a scene be at the end what they were."""
+    cycles = scene.cycles
+    names = ("samples", "sample_offset", "use_sample_subset", "sample_subset_length", "sampling_pattern")
+    former = {name: getattr(cycles, name) for name in names if hasattr(cycles, name)}
+    try:
+        yield
+    finally:
+        for name, value in former.items():
+            setattr(cycles, name, value)

@@ -17,7 +17,7 @@ from ..base.text import in_any_case
 from ..base.version import VERSION
 from ..cycles.images import read_metadata
 from ..scenes import SCENES, SceneType, scene_type
-from ..scenes.parameters import Parameters, file_name
+from ..scenes.parameters import Parameters, file_name, switched
 from ..scenes.stage import SAMPLES, Pose
 from .blends import Blend
 from .changes import change_of, code_mark
@@ -25,6 +25,7 @@ from .values import CHECKS, RECORDED, version_numbers
 
 OPEN_IN_A_BLEND = ("size", "samples", "seed", "denoise")  # what the file decides where the request does not
 OF_A_SCENE = ("scene", "parameters", *OPEN_IN_A_BLEND)  # what the record of every render of a scene has
+OF_A_STACK = ("wavelengths", "region")  # what the record of a stack.Stack has beside its request's
 
 Value = TypeVar("Value")
 
@@ -50,6 +51,9 @@ class Asked:
     photons:    about how many are traced
     texels:     edge of the largest texture that they are baked into; None: as suits their number
     frame:      of the animation of a .blend
+    spectral:   whether all wavelengths are in it: media disperse, and what glows has their colours
+    spectral_passes: renders, each of a part of the wavelengths, whose mean is the spectral picture; None: as suits samples
+    wavelength: the only one that is in it, nanometres; None: media as at 550, or all where it is spectral
     pose:       a scenes.stage.Pose of the camera in place of the scene's own
     change:     name of a function that changes the scene once it is built, as changes.register() has it
     code:       the mark of the code that is to render it, changes.code_mark(), where that matters
@@ -70,6 +74,9 @@ class Asked:
     texels: int | None = None
     frame: int | None = None
     keep_noise: bool = False
+    spectral: bool = False
+    spectral_passes: int | None = None
+    wavelength: float | None = None
     pose: Pose | None = None
     change: str | None = None
     code: str | None = None
@@ -88,8 +95,21 @@ class Asked:
                 self._set(key, check(key, value))
         if self.photons and self.caustics == "path":
             raise NoPhotons("photons are for caustics that are traced; leave them out.")
+        if self.spectral and self.wavelength is not None:
+            raise ValueError("a spectral render has all wavelengths; leave the one out, or leave spectral out.")
+        if self.spectral_passes is not None:
+            self._check_passes(self.spectral_passes)
         if self.change:
             change_of(self.change)
+
+    def _check_passes(self, passes):
+        if self.scene and not self.spectral:
+            raise ValueError("spectral passes are of a spectral render; leave them out, or let it be one.")
+        if self.samples and self.samples % passes:
+            raise ValueError(
+                f"{self.samples} samples make no {passes} spectral passes of equal length; give fewer passes, or a number of "
+                f"samples such as {-(-self.samples // passes) * passes}."
+            )
 
     def _fill_in(self, type_: SceneType) -> None:
         parameters = type_.parameters() if self.parameters is None else self.parameters
@@ -110,11 +130,15 @@ class Asked:
 
     @classmethod
     def of(cls, scene: str, settings: Mapping[str, object] | Iterable[str] = (), **options) -> Self:
-        """A request for the scene of a name, in any case, with settings: a dict, or texts "key=value"; options as above."""
+        """A request for the scene of a name, in any case, with settings: a dict, or texts "key=value"; options as above.
+
+        Every scene has the setting `spectral` beside its own.
+        """
         type_ = scene_type(in_any_case(scene, SCENES))
-        if isinstance(settings, Mapping):
-            return cls(type_.name, type_.parameters.of(settings), **options)
-        return cls(type_.name, type_.parameters.read(settings), **options)
+        values = dict(settings) if isinstance(settings, Mapping) else type_.parameters.assigned(settings)
+        if "spectral" in values:
+            options["spectral"] = switched("spectral", values.pop("spectral"))
+        return cls(type_.name, type_.parameters.of(values), **options)
 
     @classmethod
     def of_blend(cls, file: str | Path, scene: str | None = None, **options) -> Self:
@@ -126,7 +150,7 @@ class Asked:
         """What its files are called where nobody says: the scene and its settings, or the .blend."""
         if self.blend:
             return Path(self.blend.file).stem
-        return file_name(known(self.scene), known(self.parameters).assignments())
+        return file_name(known(self.scene), known(self.parameters).assignments() + ["spectral=yes"] * self.spectral)
 
     @property
     def moves(self) -> bool:
@@ -158,8 +182,7 @@ class Asked:
         plain = {} if self.blend else known(self.parameters).plain()
         of = {"blend": self.blend.record()} if self.blend else {"scene": self.scene, "parameters": plain}
         values = {key: getattr(self, key) for key in CHECKS if getattr(self, key) is not None}
-        if not self.keep_noise:
-            del values["keep_noise"]
+        values = {key: value for key, value in values.items() if value or key not in ("keep_noise", "spectral")}
         plain = {key: _plain(value) for key, value in values.items()}
         return {"nimray": VERSION, **of, **plain, "blender": bpy.app.version_string}
 
@@ -208,7 +231,7 @@ class Asked:
             )
         if "code" in record:
             raise ValueError(f"{image} is a part of a figure; repeat it with `nimray figures`.")
-        return cls.from_record(record, str(image)), record
+        return cls.from_record({key: record[key] for key in record if key not in OF_A_STACK}, str(image)), record
 
 
 def known(value: Value | None) -> Value:

@@ -14,7 +14,7 @@ import bpy
 
 from .. import caustics
 from ..base.files import writable_folder
-from ..cycles import render
+from ..cycles import render, spectral, spectral_picture
 from ..cycles.images import record_of
 from ..cycles.material import resolve
 from ..scenes import scene_type
@@ -84,8 +84,16 @@ class Session(Generic[Kind]):
                 request = dataclasses.replace(request, backend=resolve(request.backend))
                 if request.caustics is None:
                     request = dataclasses.replace(request, caustics=caustics.best_way(self._temporary.scene))
+            if request.spectral and request.spectral_passes is None:
+                passes = spectral_picture.usual_strata(known(request.samples))
+                request = dataclasses.replace(request, spectral_passes=passes)
             self._decided = request
         return self._decided
+
+    @property
+    def scene(self) -> bpy.types.Scene:
+        """The scene, built at need; raises as `request` does."""
+        return self._temporary.scene
 
     def _set_up(self):
         """The scene, made as it is asked for, but for its noise and its caustics."""
@@ -111,6 +119,11 @@ class Session(Generic[Kind]):
             aim(known(scene.camera), *request.pose)
         if request.change:
             change_of(request.change)(scene)
+        if request.spectral:
+            spectral.set_up(scene, "auto" if request.blend else resolve(request.backend))
+        if request.wavelength is not None:
+            scene.render.use_motion_blur = False  # by which paths have wavelengths of their own
+            spectral.set_neutral(request.wavelength)
         return scene
 
     def render(
@@ -142,16 +155,37 @@ class Session(Generic[Kind]):
         scene = self._temporary.scene
         # else Blender renders it at the frame of the scene that is shown
         with bpy.context.temp_override(scene=scene):
-            if request.caustics == "traced":
-                with _said_of_tracing():
-                    caustics.Bake(scene)  # whether it can be is seen before anything is written
+            self.check()
             folder = writable_folder(folder)  # before anybody is told how far it is
             if request.caustics == "traced":
-                _bake(scene, request, folder / f".{name}.photons", tracing)
+                self.bake(folder / f".{name}.photons", tracing, request.seed)
             scene.cycles.seed = request.seed
             with showing(name, known(request.samples)) if showing else nullcontext() as progress:
-                exr, png = render.render(scene, folder, name, metadata=record, progress=progress, blend=blend)
+                exr, png = render.render(
+                    scene,
+                    folder,
+                    name,
+                    metadata=record,
+                    progress=progress,
+                    blend=blend,
+                    drawing=_drawing(scene, request),
+                )
         return Rendered(exr, png, record, False)
+
+    def check(self) -> None:
+        """Raise NotTraced where caustics are to be traced that cannot be, before anything is written."""
+        if self.request.caustics == "traced":
+            with _said_of_tracing():
+                caustics.Bake(self.scene)
+
+    def bake(self, file: Path, tracing: Tracing | None = None, seed: int | None = None) -> None:
+        """Trace the caustics that are asked for into the scene; `file` keeps what a killed run has traced."""
+        request = self.request
+        samples, photons = known(request.samples), known(request.photons)
+        texels = request.texels or TEXELS[photons >= FEW_PHOTONS]
+        seed = known(request.seed) if seed is None else seed
+        with tracing(samples, photons) if tracing else nullcontext() as progress, _said_of_tracing():
+            caustics.bake(self.scene, photons=photons, texels=texels, seed=seed, file=file, progress=progress)
 
 
 def can_denoise() -> bool:
@@ -175,12 +209,11 @@ def _as_in(scene, request):
     return dataclasses.replace(request, **{key: value for key, value in own.items() if getattr(request, key) is None})
 
 
-def _bake(scene, request, file, tracing):
-    """Trace the caustics that are asked for into the scene; `file` keeps what a killed run has traced."""
-    samples, photons = known(request.samples), known(request.photons)
-    texels = request.texels or TEXELS[photons >= FEW_PHOTONS]
-    with tracing(samples, photons) if tracing else nullcontext() as progress, _said_of_tracing():
-        caustics.bake(scene, photons=photons, texels=texels, seed=request.seed, file=file, progress=progress)
+def _drawing(scene, request):
+    """What renders a scene, where it is spectral; None where one render as it is set up is all."""
+    if not spectral.is_spectral(scene) or request.wavelength is not None:
+        return None
+    return spectral_picture.drawing(request.spectral_passes or 1)
 
 
 def _found(folder, name, request, blend):

@@ -8,7 +8,9 @@ import numbers
 import re
 from collections.abc import Callable
 
-from ..base.options import BACKENDS, CAUSTICS, LARGEST_SIDE, MOST_PHOTONS, MOST_SAMPLES, MOST_SEED
+from ..base.options import BACKENDS, CAUSTICS, LARGEST_SIDE, MOST_PASSES, MOST_PHOTONS, MOST_SAMPLES, MOST_SEED
+from ..physics import VISIBLE_NM
+from ..physics.spectra import wavelengths
 from ..scenes.stage import Pose
 
 FITS = ("AUTO", "HORIZONTAL", "VERTICAL")  # as bpy.types.Camera.sensor_fit has them
@@ -56,6 +58,24 @@ def _choice(choices: tuple) -> Callable:
     return check
 
 
+def _passes(name, value):
+    value = _whole(1, MOST_PASSES)(name, value)
+    if value & (value - 1):
+        raise ValueError(f"{name} {value} is no power of two; give 1, 2, 4, ... {MOST_PASSES}.")
+    return value
+
+
+def _wavelength(name, value):
+    try:
+        nm = float(wavelengths(_finite(value)))
+    except (TypeError, OverflowError):
+        raise ValueError(f"{name} {value!r} is not a number; give nanometres, such as 550.") from None
+    low, high = VISIBLE_NM
+    if not low <= nm <= high:
+        raise ValueError(f"{name} {nm:g} is not visible; it lies between {low:g} and {high:g} nanometres.")
+    return nm
+
+
 def _text(name, value):
     if not isinstance(value, str):
         raise ValueError(f"{name} = {value!r} is not a text.")
@@ -69,7 +89,7 @@ def _point(value):
 
 def _finite(value):
     if isinstance(value, bool) or not isinstance(value, numbers.Real) or not math.isfinite(value):
-        raise ValueError
+        raise TypeError
     return float(value)
 
 
@@ -99,6 +119,9 @@ CHECKS: dict[str, Callable] = {
     "texels": _whole(1, LARGEST_SIDE),
     "frame": _whole(0, LAST_BLENDER_FRAME),
     "keep_noise": _switch,
+    "spectral": _switch,
+    "spectral_passes": _passes,
+    "wavelength": _wavelength,
     "pose": _pose,
     "change": _text,
     "code": _text,

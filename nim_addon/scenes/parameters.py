@@ -83,6 +83,11 @@ class Parameters:
     @classmethod
     def read(cls, assignments: Iterable[str]) -> Self:
         """An instance from texts "key=value"; ValueError names the keys that exist, the nearest first."""
+        return cls.of(cls.assigned(assignments))
+
+    @classmethod
+    def assigned(cls, assignments: Iterable[str]) -> dict[str, str]:
+        """The values of texts "key=value" by their keys, whatever these are; ValueError for a text that is none."""
         values = {}
         for text in assignments:
             key, equals, value = text.partition("=")
@@ -90,7 +95,7 @@ class Parameters:
                 first = dataclasses.fields(cls)[0].name
                 raise ValueError(f"{text!r} is not a setting; write key=value, such as {first}=...")
             values[key.strip()] = value.strip()
-        return cls.of(values)
+        return values
 
     @classmethod
     def of(cls, values: Mapping[str, Any]) -> Self:
@@ -150,6 +155,15 @@ def written(value: float | str | Medium | None) -> str:
     return "none" if value is None else str(value).removesuffix(".0")
 
 
+def switched(name: str, value: object) -> bool:
+    """Whether a value, such as "yes", "off" or True, is on; ValueError where it is neither."""
+    words = ("true", "yes", "on", "1"), ("false", "no", "off", "0")
+    word = str(value).lower()
+    if word not in words[0] + words[1]:
+        raise ValueError(f"{name} = {value!r} is neither on nor off.")
+    return word in words[0]
+
+
 def _checked(field, value):
     kind, name = field.metadata["kind"], field.name
     if value is None or (isinstance(value, str) and value.lower() in ("none", "auto") and field.default is None):
@@ -159,20 +173,7 @@ def _checked(field, value):
     if kind in ("number", "integer"):
         return _number(field, value)
     if kind == "switch":
-        words = {
-            "true": True,
-            "yes": True,
-            "on": True,
-            "1": True,
-            "false": False,
-            "no": False,
-            "off": False,
-            "0": False,
-        }
-        answer = words.get(str(value).lower())
-        if answer is None:
-            raise ValueError(f"{name} = {value!r} is neither on nor off.")
-        return answer
+        return switched(name, value)
     if kind == "liquid":
         return None if str(value).lower() in ("none", "empty") else _medium(value)
     if kind == "index":

@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A spectral picture: renders that each have a part of the wavelengths, their mean, cleaned of noise, and as displayed.
+
+A render draws one wavelength for each sample. Renders of a part of the wavelengths each, *strata*, draw them more evenly:
+each takes a range of one sequence of samples, so that together they are the samples of the one render, and their mean is its
+picture with less noise. Colours of the spectrum lie outside sRGB: what is linear keeps its negative values.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.files import temporary
+from ..base.streams import quiet
+from ..physics import colour
+from . import images, settings, spectral
+from .render import Drawing, Progress, layers_of, write_linear, write_shown
+
+MOST_STRATA = 16  # more of them have hardly less noise, and each costs the time in which Cycles starts
+
+
+def usual_strata(samples: int) -> int:
+    """How many strata suit so many samples: as many as each has samples, at most, and all have the same number."""
+    strata = 1
+    while strata < MOST_STRATA and samples % (2 * strata) == 0 and (2 * strata) ** 2 <= samples:
+        strata *= 2
+    return strata
+
+
+def drawing(strata: int) -> Drawing:
+    """What renders a spectral scene as the mean of so many strata, which the scene's samples are a multiple of."""
+
+    def draw(scene, linear, shown, progress):
+        cleaned, kept = scene.cycles.use_denoising, scene.view_layers[0].cycles.denoising_store_passes
+        with _guided(scene, cleaned):
+            layers = _merged(scene, strata, progress)
+            noisy = layers["Combined"]
+            clean = denoised(scene, layers) if cleaned else noisy
+        write_linear(linear, noisy if kept else clean)
+        write_shown(scene, shown, colour.into_gamut(clean))
+
+    return draw
+
+
+@contextlib.contextmanager
+def _guided(scene, cleaned):
+    """Let Cycles keep its noise, with what guides the denoiser where one comes after."""
+    cycles, layer = scene.cycles, scene.view_layers[0].cycles
+    former = cycles.use_denoising, layer.denoising_store_passes
+    cycles.use_denoising, layer.denoising_store_passes = False, cleaned
+    try:
+        yield
+    finally:
+        cycles.use_denoising, layer.denoising_store_passes = former
+
+
+def _merged(scene, strata, progress):
+    """The mean of the layers of all strata, in double precision; the scene is at the end as it was."""
+    total: dict[str, NDArray] = {}
+    with settings.samples_kept(scene), contextlib.ExitStack() as stack:
+        if strata > 1:
+            stack.callback(spectral.set_stratum, 0, 1)
+        samples = scene.cycles.samples
+        for index in range(strata):
+            if strata > 1:
+                spectral.set_stratum(index, strata)
+                settings.sample_range(scene, index * (samples // strata), samples // strata, samples)
+            for name, pixels in layers_of(scene, part_of(progress, index, strata)).items():
+                total[name] = total.get(name, 0) + pixels / strata
+    return total
+
+
+def part_of(progress: Progress | None, index: int, parts: int) -> Progress | None:
+    """What reports of render `index` of so many equal ones as of a part of one; None for None."""
+    if progress is None:
+        return None
+
+    def report(done: int, total: int, left: float | None) -> None:
+        # the renders to come take as long as this one
+        share = done / total if total else 0
+        whole = None if left is None or share >= 1 else left / (1 - share)
+        progress(
+            index * total + done, parts * total, None if left is None else left + (whole or 0) * (parts - index - 1)
+        )
+
+    return report
+
+
+# ------------------------------------------------------------------------------------------------ noise
+
+
+def denoised(scene: bpy.types.Scene, layers: dict[str, NDArray]) -> NDArray:
+    """The picture (height, width, 3) of layers_of() a scene without its noise, by OpenImageDenoise with its guides.
+
+    That takes no negative values, which colours of the spectrum have in sRGB: it is cleaned between wider primaries.
+    Raises RuntimeError, one sentence, where Blender did not clean it.
+    """
+    import OpenImageIO as oiio
+
+    layer = scene.view_layers[0].name
+    to_wide = _to_wide()
+    layers = {**layers, "Combined": layers["Combined"] @ to_wide.T}
+    if "Denoising Albedo" in layers:
+        layers["Denoising Albedo"] = layers["Denoising Albedo"] @ to_wide.T
+    layers["Vector"] = np.zeros((*layers["Combined"].shape[:2], 4))  # without which Blender cleans no file
+    letters = {"Denoising Normal": "XYZ", "Denoising Depth": "Z", "Vector": "XYZW"}
+    layers = {name: pixels for name, pixels in layers.items() if name in letters or pixels.shape[2] == 3}
+    with temporary() as folder:
+        file, cleaned = folder / "noisy.exr", folder / "clean.exr"
+        pixels = np.concatenate(list(layers.values()), axis=2).astype(np.float32)
+        height, width, channels = pixels.shape
+        spec = oiio.ImageSpec(width, height, channels, oiio.FLOAT)
+        spec.channelnames = tuple(f"{layer}.{name}.{letter}" for name in layers for letter in letters.get(name, "RGB"))
+        spec.attribute(f"cycles.{layer}.samples", str(scene.cycles.samples))
+        image = oiio.ImageBuf(spec)
+        image.set_pixels(image.roi, pixels)
+        if not image.write(images.named(file)):
+            raise images.cut_off(file)
+        with quiet(), bpy.context.temp_override(scene=scene, view_layer=scene.view_layers[0]):
+            try:
+                bpy.ops.cycles.denoise_animation(input_filepath=str(file), output_filepath=str(cleaned))
+            except RuntimeError as error:
+                raise RuntimeError(f"Blender did not denoise: {' '.join(str(error).split()).rstrip('.')}.") from None
+        found = images.read(cleaned)
+        names = list(found.spec().channelnames)
+        places = [names.index(f"{layer}.Combined.{letter}") for letter in "RGB"]
+        return found.get_pixels(oiio.FLOAT)[..., places].astype(float) @ np.linalg.inv(to_wide).T
+
+
+@functools.cache
+def _to_wide() -> NDArray:
+    """The matrix (3, 3) of linear sRGB to red, green and blue between which all colours of the spectrum lie, white to 1.
+
+    They are those of ACES (SMPTE ST 2065-1), with the white of sRGB.
+    """
+    to_xyz = np.linalg.inv(colour.xyz_to_srgb(np.eye(3)).T)
+    primaries = np.array([(x, y, 1 - x - y) for x, y in ((0.7347, 0.2653), (0.0, 1.0), (0.0001, -0.077))]).T
+    white = to_xyz.sum(axis=1)
+    return np.linalg.solve(primaries * np.linalg.solve(primaries, white), to_xyz)

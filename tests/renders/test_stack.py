@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Stacks of one render a wavelength: their files, their colours, the errors that they tell, and the spectral render beside."""
+
+import dataclasses
+
+import bpy
+import numpy as np
+import pytest
+
+from nim_addon.cycles import spectral_images, wavelength
+from nim_addon.cycles.images import read_metadata
+from nim_addon.physics import REPRESENTATIVE_NM, colour
+from nim_addon.renders import changes, stack
+from nim_addon.renders.request import Request
+from nim_addon.renders.stack import Region, Stack
+
+SMALL = {"size": (24, 16), "samples": 4, "backend": "nodes", "caustics": "path"}
+SKY = (0.2, 0.5, 0.9)
+NM = (450.0, 550.0, 600.0, 650.0)
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """A stack of the sphere, and its folder."""
+    one = Stack(Request.of("sphere", ["n=n-bk7"], **SMALL), NM[::-1], Region(4, 5, 8, 6))
+    return one, one.render(tmp_path_factory.mktemp("stack"), "s")
+
+
+def test_a_stack_is_three_files_that_agree(made):
+    one, files = made
+    found = spectral_images.read(files.exr)
+    np.testing.assert_allclose(found.wavelengths_nm, NM)
+    assert found.radiance.shape == (16, 24, 4) and found.rgb.shape == (16, 24, 3)
+    rows = np.loadtxt(files.csv, delimiter=",", skiprows=1)
+    assert files.csv.read_text().startswith("wavelength_nm,radiance,standard_error,of_white\n")
+    np.testing.assert_allclose(rows[:, 0], NM)
+    np.testing.assert_allclose(rows[:, 1], found.radiance[5:11, 4:12].mean(axis=(0, 1)), rtol=1e-5)
+    np.testing.assert_allclose(rows[:, 3], rows[:, 1] / colour.daylight(NM), rtol=1e-6)
+    assert (rows[:, 2] > 0).all() and (rows[:, 2] < 0.3 * rows[:, 1]).all()
+    assert read_metadata(files.exr) == read_metadata(files.png) == files.record
+
+
+def test_its_record_makes_it_again(made):
+    one, files = made
+    request, record = Request.again(files.exr)
+    assert request == dataclasses.replace(one.request, backend="nodes")
+    assert Stack.again(request, record) == one
+    assert (record["wavelengths"], record["region"]) == (list(NM), [4, 5, 8, 6])
+
+
+def test_afterwards_media_show_what_they_showed(made):
+    assert wavelength.neutral() == REPRESENTATIVE_NM
+
+
+def lit(scene):
+    """A sky of one colour, and nothing but the sphere, which takes none of it."""
+    for obj in [obj for obj in scene.objects if obj.type == "MESH" and obj.name != "Sphere"]:
+        scene.collection.children[0].objects.unlink(obj)
+    scene.world = bpy.data.worlds.new("Lit")
+    scene.world.use_nodes = True
+    scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (*SKY, 1)
+
+
+def test_a_sky_keeps_its_colour_for_who_reads_the_preview_and_for_who_reads_the_spectrum(tmp_path, empty_file):
+    asked = Request.of("sphere", ["n=nim-normal"], **{**SMALL, "size": (6, 4)}, change=changes.register(lit))
+    found = spectral_images.read(Stack(asked, tuple(np.arange(380, 731, 10.0))).render(tmp_path, "s").exr)
+    np.testing.assert_allclose(found.rgb, np.broadcast_to(SKY, (4, 6, 3)), rtol=2e-4)
+    fine = np.arange(380, 731.0)
+    spectrum = np.array([np.interp(fine, found.wavelengths_nm, line) for line in found.radiance.reshape(-1, 36)])
+    seen = colour.xyz_to_srgb(spectrum @ colour.colour_matching(fine))
+    np.testing.assert_allclose(seen, np.broadcast_to(SKY, seen.shape), atol=0.01)
+
+
+def test_white_is_white_in_a_stack():
+    for some in (NM, tuple(np.arange(400, 701, 10.0)), (420.0, 430.0, 560.0, 610.0)):
+        np.testing.assert_allclose(stack.preview_weights(np.array(some)).mean(axis=0), 1, atol=1e-12)
+
+
+def test_lines_that_make_no_white_have_their_own_colour():
+    w = stack.preview_weights(np.array([640.0, 660.0])).mean(axis=0)
+    assert w[0] > 1 and w[0] > 10 * max(w[1], w[2])
+    np.testing.assert_allclose(np.linalg.inv(colour.xyz_to_srgb(np.eye(3)).T)[1] @ w, 1)
+
+
+def test_the_standard_error_is_that_of_the_mean(tmp_path, empty_file):
+    """Of eight stacks, each of a noise of its own, the means differ as the errors say."""
+    means, errors = [], []
+    for seed in range(8):
+        asked = Request.of("sphere", ["n=-1.33"], seed=seed, **{**SMALL, "samples": 16})
+        made = Stack(asked, (500.0, 600.0), Region(8, 4, 8, 8)).render(tmp_path, f"s{seed}")
+        rows = np.loadtxt(made.csv, delimiter=",", skiprows=1)
+        means.append(rows[:, 1])
+        errors.append(rows[:, 2])
+    ratio = np.sqrt(np.var(means, axis=0, ddof=1) / np.mean(np.square(errors), axis=0))
+    # samples are spread more evenly over all of a wavelength's than over a quarter of them: the error said is the larger
+    assert (ratio < 1.5).all() and (ratio > 0.2).all()

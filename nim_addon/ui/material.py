@@ -97,15 +97,13 @@ def draw_loss(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:
     header.label(text="Loss")
     if body is None:
         return
-    body.use_property_split = True
-    body.use_property_decorate = False
     body.enabled = material.is_editable
     for side in sides:
-        column = body.column(align=True, heading="Inside" if side == "inside" else "Outside")
-        sockets = sockets_by_output(node, side)
-        for name, text in (("k", "k"), ("length", "Absorption Length")):
-            column.prop(material.nim, f"{name}_{side}", text=text)
-        if loss := sockets.get("Permeability Loss"):
+        column = body.column(align=True)
+        column.label(text="Inside" if side == "inside" else "Outside")
+        for name in ("k", "length"):
+            column.prop(material.nim, f"{name}_{side}")
+        if loss := sockets_by_output(node, side).get("Permeability Loss"):
             column.prop(loss, "default_value", text="Loss of mu")
 
 

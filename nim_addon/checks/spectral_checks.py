@@ -8,6 +8,7 @@ import bpy
 from ..cycles import dispersive, spectral, wavelength
 from ..cycles.animation import curves_of
 from ..cycles.closures import SHUTTER
+from ..cycles.closures.backends import osl_available
 from ..cycles.nodes import Owner
 from ..cycles.problem import Problem
 from ..cycles.visibility import asked, has_nodes
@@ -121,11 +122,20 @@ def _shining(sight):
 
 def _tells_by_nodes(owner: Owner) -> bool:
     """Whether the nodes of a material, lamp or sky ask the place of the object for the wavelength."""
-    return any(SHUTTER.is_node(node) and SHUTTER.backend_of(node.node_tree) == "nodes" for node, _ in asked(owner))
+    return _tells_by(owner, "nodes")
+
+
+def _tells_by(owner, backend):
+    return any(SHUTTER.is_node(node) and SHUTTER.backend_of(node.node_tree) == backend for node, _ in asked(owner))
 
 
 def _sky(scene):
-    if scene.world is None or not _tells_by_nodes(scene.world):
+    if scene.world is None:
+        return []
+    if not scene.cycles.shading_system and osl_available() and _tells_by(scene.world, "osl"):
+        text = "Open Shading Language is off, by which the sky {name} tells the wavelengths: it is black."
+        return [Problem("black_sky", (text,), {"name": scene.world.name}, "Turn on OSL")]
+    if not _tells_by_nodes(scene.world):
         return []
     text = (
         "The sky {name} has no place, by which Blender's nodes could tell it the wavelength: its light stays white; use a "
@@ -146,10 +156,17 @@ def _bias_volumes(scene, problem):
     scene.cycles.volume_biased = True
 
 
+def _use_osl(scene, problem):
+    scene.cycles.shading_system = True
+
+
 MENDS = {
     "one_wavelength": _set_up,
     "shutter": _open_shutter,
     "white_light": _set_up,
     "moved_since": _set_up,
     "volume_in_colours": _bias_volumes,
+    "black_sky": _use_osl,
 }
+# Of all Problems of a scene that is spectral.
+CODES = {*MENDS, "moves_in_colours", "white_sky"} - {"one_wavelength"}

@@ -17,7 +17,7 @@ import mathutils
 
 from . import wavelength
 from .closures import INTERFACE
-from .closures.backends import osl_available, resolve
+from .closures.backends import device_runs_osl, osl_available, resolve
 from .closures.shutter import DRIFT, DRIFTS, REST
 from .nodes import Owner, uses_nodes
 from .visibility import CAUSTICS_MARK, as_rendered, asked, lamps, shown
@@ -54,6 +54,7 @@ SETTINGS: dict[str, Any] = {
     "cycles.rolling_shutter_type": "NONE",
     "cycles.use_adaptive_sampling": False,
 }
+KEPT = (*SETTINGS, "cycles.shading_system")  # which is turned on where OSL tells the wavelength
 # Where the colour of what shines stands, and what decides whether it does.
 EMITTERS = {
     "EMISSION": ("Color", "Strength"),
@@ -109,11 +110,15 @@ def set_up(scene: bpy.types.Scene, backend: str = "auto") -> Done:
     ):  # which stand for others while caustics are baked
         (shining if obj.type == "LIGHT" else meshes).append(obj)
         materials.update(slot.material for slot in obj.material_slots if slot.material)
+    # nodes cannot tell a sky the time, OSL can
+    above = "osl" if osl_available() and device_runs_osl(scene) else backend
     weighed = Done(
         sum(_weigh(light, backend) for light in {lamp.data for lamp in shining}),
         sum(_weigh(material, backend) for material in materials),
-        bool(scene.world) and _weigh(scene.world, "osl" if osl_available() else backend),
+        bool(scene.world) and _weigh(scene.world, above),
     )
+    if backend == "osl" or (weighed.sky and above == "osl"):
+        _put(scene, "cycles.shading_system", True)
     if backend == "nodes":
         for obj in (*meshes, *shining):
             let_drift(obj)
@@ -165,7 +170,7 @@ def _keep_settings(scene):
     curve = [
         (tuple(point.location), point.handle_type) for point in scene.render.motion_blur_shutter_curve.curves[0].points
     ]
-    scene[MARK] = json.dumps({path: scene.path_resolve(path) for path in SETTINGS} | {"curve": curve})
+    scene[MARK] = json.dumps({path: scene.path_resolve(path) for path in KEPT} | {"curve": curve})
 
 
 def _put(scene, path, value):

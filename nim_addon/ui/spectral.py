@@ -4,6 +4,7 @@
 import bpy
 from bpy.app.translations import pgettext_iface, pgettext_rpt
 
+from ..checks import spectral_checks
 from ..cycles import spectral
 from . import warnings
 from .media import backend_for
@@ -83,7 +84,7 @@ class NIM_PT_spectral(Sidebar, bpy.types.Panel):
         draw_sentence(layout, context, say("Views show it without colours, at 550 nm: render it to see them."))
         text = say("Real motion blur is not to be had with it: the time of the shutter is the wavelength.")
         draw_sentence(layout, context, text)
-        problems = [problem for problem in warnings.found(scene) if problem.code.startswith("spectral")]
+        problems = [problem for problem in warnings.found(scene) if problem.code in spectral_checks.CODES]
         warnings.draw_problems(layout, context, problems)
 
 

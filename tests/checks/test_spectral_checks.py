@@ -101,6 +101,23 @@ def test_what_was_moved_since_cannot_tell_the_wavelength(scene):
     assert codes(scene) == []
 
 
+def test_a_sky_tells_the_wavelength_by_osl_which_is_turned_on_for_it(scene, render):
+    spectral.undo(scene)
+    scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 1.0
+    sun().hide_render = True
+    scene.cycles.shading_system = False
+    before = render(scene).mean()
+    spectral.set_up(scene)
+    assert scene.cycles.shading_system and codes(scene) == []
+    assert render(scene).mean() == pytest.approx(before, rel=0.05)  # black before OSL was turned on
+    scene.cycles.shading_system = False
+    assert codes(scene) == ["black_sky"]
+    checks.mend(scene)
+    assert scene.cycles.shading_system and codes(scene) == []
+    spectral.undo(scene)
+    assert not scene.cycles.shading_system
+
+
 def test_a_sky_cannot_tell_the_wavelength_by_nodes(scene, monkeypatch):
     scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 1.0
     monkeypatch.setattr(spectral, "osl_available", lambda: False)

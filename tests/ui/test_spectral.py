@@ -50,7 +50,7 @@ def state():
     cube, lamp = bpy.data.objects["Cube"], bpy.data.objects["Light"]
     trees = (scene.world.node_tree, lamp.data.node_tree, cube.data.materials[0].node_tree)
     return (
-        json.dumps({path: scene.path_resolve(path) for path in spectral.SETTINGS}),
+        json.dumps({path: scene.path_resolve(path) for path in spectral.KEPT}),
         [sorted(node.name for node in tree.nodes) for tree in trees if tree],
         [obj.animation_data is not None and len(obj.animation_data.drivers) for obj in (cube, lamp)],
         [tuple(obj.delta_location) for obj in (cube, lamp)],
@@ -76,6 +76,19 @@ def test_where_something_disperses_nothing_is_said_of_it(material, press, panel)
     material.nim.medium_inside = "n-bk7"
     press("nim.spectral")
     assert "Nothing here disperses yet" not in panel().text
+
+
+def test_what_spoils_the_colours_is_said_with_its_button(material, press, panel):
+    material.nim.medium_inside = "n-bk7"
+    press("nim.spectral")
+    assert ("operator", "nim.mend") not in panel().drawn
+    bpy.context.scene.render.motion_blur_shutter = 0.5
+    from nim_addon.ui import warnings
+
+    warnings.forget()
+    layout = panel()
+    assert "Real motion blur and all wavelengths exclude each other." in layout.text
+    assert ("operator", "nim.mend") in layout.drawn
 
 
 def test_undo_takes_it_back_too(material, press):

@@ -200,7 +200,9 @@ def request_of(settings: NIM_PG_scenes) -> Request:
     samples, percent = samples_of(settings)
     width, height = (max(1, round(side * percent / 100)) for side in SCENES[settings.scene].size)
     backend = backend_of(settings)
-    return Request(settings.scene, parameters_of(settings), size=(width, height), samples=samples, backend=backend)
+    parameters = parameters_of(settings)
+    size, spectral = (width, height), settings.spectral
+    return Request(settings.scene, parameters, size=size, samples=samples, backend=backend, spectral=spectral)
 
 
 def one_render(settings: NIM_PG_scenes, folder: Path) -> Work:
@@ -222,13 +224,14 @@ def all_variants(settings: NIM_PG_scenes, folder: Path) -> Work:
         variants[-1] = str(medium).split(",") if apart else [f"{key}={medium}"]
     # the medium brings its own permeability
     kept = [text for text in parameters.assignments() if text.partition("=")[0] not in (key, "mu")]
-    joined = free_name(folder, f"{file_name(settings.scene, kept)}_compare")
+    shared = kept + ["spectral=yes"] * request.spectral
+    joined = free_name(folder, f"{file_name(settings.scene, shared)}_compare")
     requests = {
         file_name(joined, variant): dataclasses.replace(request, parameters=type(parameters).read([*kept, *variant]))
         for variant in variants
     }
     # in the order in which `nimray compare` has them
-    compared = {**({"set": kept} if kept else {}), "compares": [" ".join(variant) for variant in variants]}
+    compared = {**({"set": shared} if shared else {}), "compares": [" ".join(variant) for variant in variants]}
     return Work(joined, requests, joined, compared)
 
 

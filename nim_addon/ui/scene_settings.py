@@ -6,6 +6,7 @@ import dataclasses
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
+from ..cycles import spectral
 from ..physics import MEDIA, Medium
 from ..scenes import SCENES
 from ..scenes import stage as stages
@@ -282,6 +283,20 @@ def apply_quality(scene: bpy.types.Scene) -> None:
     scene.cycles.samples, scene.render.resolution_percentage = samples_of(scene.nim_scenes)
 
 
+def _spectral_changed(self, context):
+    scene = self.id_data
+    if scene.get(stages.STAGE_MARK) == self.scene:
+        apply_spectral(scene)
+
+
+def apply_spectral(scene: bpy.types.Scene) -> None:
+    """Let a built scene be rendered in all wavelengths at once, or not, as its settings say."""
+    if scene.nim_scenes.spectral:
+        spectral.set_up(scene)
+    else:
+        spectral.undo(scene)
+
+
 # ------------------------------------------------------------------------------- the groups
 
 
@@ -312,6 +327,12 @@ class NIM_PG_scenes(bpy.types.PropertyGroup):
         description="What the optics of the materials are made of",
         items=BACKEND_ITEMS,
         default="default",
+    )
+    spectral: BoolProperty(
+        name="Spectral",
+        description="All wavelengths in one render, so that media show their colours; a built scene follows at once",
+        default=False,
+        update=_spectral_changed,
     )
     problem: StringProperty(
         name="Problem", description="What clashes in the settings; empty if nothing", options={"HIDDEN"}

@@ -13,7 +13,15 @@ from ..scenes import SCENES
 from ..scenes import stage as stages
 from .panels import Sidebar, draw_sentence
 from .presets import MENUS
-from .scene_settings import apply_quality, backend_of, copy_settings, label_of, parameters_of, samples_of
+from .scene_settings import (
+    apply_quality,
+    apply_spectral,
+    backend_of,
+    copy_settings,
+    label_of,
+    parameters_of,
+    samples_of,
+)
 
 
 def ready(operator: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
@@ -77,6 +85,7 @@ class NIM_OT_build_scene(bpy.types.Operator):
         if scene != context.scene:
             copy_settings(settings, scene.nim_scenes)
         apply_quality(scene)
+        apply_spectral(scene)
         if context.window:
             context.window.scene = scene
             _look_through_camera(context.window)
@@ -120,6 +129,7 @@ class NIM_OT_copy_command(bpy.types.Operator):
 def render_words(settings: bpy.types.PropertyGroup) -> list[str]:
     """The words after `nimray` that render what the settings say."""
     assignments = parameters_of(settings).assignments()
+    assignments += ["spectral=yes"] * settings.spectral
     parameters = ["--set", *assignments] if assignments else []
     samples, percent = samples_of(settings)
     size = [] if percent == 100 else ["--size", f"{percent}%"]
@@ -196,6 +206,7 @@ class NIM_PT_scenes(Sidebar, bpy.types.Panel):
         column = layout.column()
         column.prop(settings, "quality")
         column.prop(settings, "backend")
+        column.prop(settings, "spectral")
         if settings.problem:
             draw_sentence(layout, context, settings.problem, "ERROR")
         row = layout.row(align=True)

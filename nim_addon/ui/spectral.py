@@ -6,6 +6,7 @@ from bpy.app.translations import pgettext_iface, pgettext_rpt
 
 from ..checks import spectral_checks
 from ..cycles import spectral
+from ..scenes.stage import STAGE_MARK
 from . import warnings
 from .media import backend_for
 from .panels import Sidebar, draw_sentence
@@ -52,6 +53,8 @@ class NIM_OT_spectral(bpy.types.Operator):
                 self.report({"ERROR"}, str(error))
                 return {"CANCELLED"}
             self.report({"INFO"}, told(done))
+        if scene.get(STAGE_MARK):  # one of our own scenes, which is built anew as it is now
+            scene.nim_scenes.spectral = spectral.is_spectral(scene)
         warnings.forget()
         return {"FINISHED"}
 

@@ -3,15 +3,17 @@
 
 import dataclasses
 import shlex
+from pathlib import Path
 
 import bpy
 import pytest
 
-from nim_addon import command
+from nim_addon import checks, command
+from nim_addon.cycles import spectral
 from nim_addon.physics import MEDIA, Medium
 from nim_addon.scenes import SCENES, scene_type
 from nim_addon.scenes import stage as stages
-from nim_addon.ui import scene_settings, scenes
+from nim_addon.ui import jobs, scene_settings, scenes
 
 FIELDS = [(name, field) for name, chosen in SCENES.items() for field in dataclasses.fields(chosen.parameters)]
 
@@ -218,3 +220,31 @@ def test_nothing_is_left_when_the_add_on_is_disabled(addon):
 
     addon_utils.disable(addon, default_set=True)
     assert not hasattr(bpy.types.Scene, "nim_scenes")
+
+
+def test_a_scene_is_built_in_all_wavelengths_and_taken_back(settings, build, press):
+    settings.scene, settings.quality, settings.backend = "sphere", "DRAFT", "nodes"
+    settings.sphere.n_medium, settings.sphere.n_words = "words", "nim-causal"
+    settings.spectral = True
+    assert not spectral.is_spectral(bpy.context.scene), "which is not built"
+    scene = build()
+    assert scene.nim_scenes.spectral and spectral.is_spectral(scene) and checks.problems(scene) == []
+    settings.spectral = False
+    assert not spectral.is_spectral(scene)
+    settings.spectral = True
+    build()
+    assert spectral.is_spectral(scene) and checks.problems(scene) == [], "and what is new in it shines in colours too"
+    press("nim.spectral")
+    assert not settings.spectral and not spectral.is_spectral(scene)
+    press("nim.spectral")
+    assert settings.spectral and spectral.is_spectral(scene)
+
+
+def test_the_command_of_a_spectral_scene(settings):
+    settings.scene, settings.spectral = "sphere", True
+    words = scenes.render_words(bpy.context.scene.nim_scenes)
+    assert words[words.index("--set") :][1] == "spectral=yes"
+    assert jobs.request_of(bpy.context.scene.nim_scenes).spectral
+    work = jobs.all_variants(bpy.context.scene.nim_scenes, Path("nowhere"))
+    assert all(request.spectral for request in work.requests.values()) and work.compared["set"] == ["spectral=yes"]
+    assert "spectral" in work.joined

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..physics import REPRESENTATIVE_NM, Interface, Medium
-from ..physics.deviation import apex_for, symmetric
+from ..physics.deviation import apex_for, incidence_for
 from ..physics.rays import Fate, Kind, Paths
 from . import diagram_parts as parts
 from .diagram_claims import pool_claims, sphere_claims
@@ -173,12 +173,12 @@ def _draw_prism(ax, title, medium, rays, widest, *, spectrum=False):
 
 
 def _draw_dispersion(ax, title, medium, rays, widest):
-    """White light through an upright prism, which it crosses symmetrically where it is green."""
+    """White light through an upright prism of an apex, and at an incidence, that suit the medium."""
     from matplotlib.patches import Polygon
 
     parts.view(ax, -2.1, 2.1, -1.6, 1.45)
     apex = apex_for(medium.n)
-    incidence = float(symmetric(medium.n, apex))
+    incidence = incidence_for(medium.n, apex)
     heights = np.linspace(-0.3, 0.3, rays) if rays > 1 else np.zeros(1)
     paths = _light(ax, lambda at: upright_prism_paths(at, apex, incidence, heights), medium, widest, True)
     outline = {"edgecolor": INK, "linewidth": 0.9, "joinstyle": "round", "zorder": 1}

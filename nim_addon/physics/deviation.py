@@ -45,6 +45,14 @@ def apex_for(n: float) -> float:
     return math.radians(60 if 1 < n < 1.9 else 20)
 
 
+def incidence_for(n: float, apex: float) -> float:
+    """The angle of incidence, radians, that goes with apex_for(): symmetric() of glass, 0 of all else.
+
+    At right angles to the first face all colours of a medium enter it, however it disperses. NaN where none passes so.
+    """
+    return float(symmetric(n, apex)) if n > 1 else 0.0
+
+
 def drop(n: ArrayLike, incidence: ArrayLike, order: int = 1) -> NDArray:
     """The angle by which a ball turns a ray after `order` reflections inside it, counted on beyond a full turn.
 

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import bpy  # the wheel has bmesh only once bpy is imported
 
 from ..base.text import unknown
-from ..physics import MEDIA
-from . import cube, drop, glass, pool, sea, sphere
+from ..physics import MEDIA, Medium
+from . import cube, drop, glass, pool, prism, sea, sphere
 from .parameters import Parameters, written
 from .stage import Pose
 
@@ -89,6 +89,15 @@ SCENES = MappingProxyType(
                 drop.pose,
                 FILLINGS,
                 drop.SIZE,
+            ),
+            SceneType(
+                "prism",
+                "a prism of glass or of a NIM in the light of a slit, and its spectrum on a screen",
+                prism.PrismParameters,
+                prism.build,
+                prism.pose,
+                {"medium": tuple(map(Medium.parse, ("n-bk7", "nim-mirror", "nim-causal")))},
+                prism.SIZE,
             ),
         )
     }

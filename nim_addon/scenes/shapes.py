@@ -21,6 +21,15 @@ def box(low: ArrayLike, high: ArrayLike) -> Shape:
     return vertices, faces
 
 
+def upright(outline: ArrayLike, low: float, high: float) -> Shape:
+    """Vertices (2 N, 3) and faces of a straight prism over a polygon (N, 2), counter-clockwise from above, from z to z."""
+    outline = np.asarray(outline, float)
+    count = len(outline)
+    vertices = np.concatenate([np.column_stack([outline, np.full(count, z)]) for z in (low, high)])
+    sides = [(i, (i + 1) % count, (i + 1) % count + count, i + count) for i in range(count)]
+    return vertices, [tuple(range(count))[::-1], tuple(range(count, 2 * count)), *sides]
+
+
 def rectangle(low: tuple[float, float], high: tuple[float, float], z: float = 0.0) -> Shape:
     """Vertices (4, 3) and one quad at height z, facing up, between the corners low and high (x, y)."""
     (x0, y0), (x1, y1) = low, high

@@ -100,7 +100,7 @@ def test_a_prism_bends_by_snells_law(n, monkeypatch):
 def test_a_prism_sorts_white_light_by_the_closed_form(medium, side, monkeypatch):
     ax, _ = drawn(monkeypatch, "prism", inside=Medium.parse(medium), spectrum=True)
     n, apex = Medium.parse(medium).n, deviation.apex_for(Medium.parse(medium).n)
-    incidence = float(deviation.symmetric(n, apex))
+    incidence = deviation.incidence_for(n, apex)
     seen = 0
     for wavelength in diagram_parts.SPECTRUM:
         turned = float(deviation.prism(Medium.parse(medium).at(wavelength).n, apex, incidence))

@@ -51,7 +51,14 @@ def test_numbers_of_enums_are_what_older_files_hold(settings):
     def numbers(group, name):
         return {item.identifier: item.value for item in group.bl_rna.properties[name].enum_items}
 
-    assert numbers(bpy.context.scene.nim_scenes, "scene") == {"glass": 0, "pool": 1, "sphere": 2, "sea": 3, "drop": 5}
+    assert numbers(bpy.context.scene.nim_scenes, "scene") == {
+        "glass": 0,
+        "pool": 1,
+        "sphere": 2,
+        "sea": 3,
+        "prism": 4,
+        "drop": 5,
+    }
     assert numbers(settings.pool, "view") == {"side": 0, "top": 1, "window": 2}
     assert numbers(settings.pool, "sky") == {"overcast": 0, "sunny": 1}
     assert numbers(settings.glass, "figures") == {"none": 0, "monkey": 1, "file": 100}

@@ -64,10 +64,15 @@ def _moving(sight):
     start, end = scene.frame_current, scene.frame_current + scene.render.motion_blur_shutter
     names = []
     for obj in dict.fromkeys([*(shown.original for shown in sight.shown), *sight.lamps, scene.camera]):
-        if obj is not None and any(
-            curve.data_path.startswith(MOVES) and abs(curve.evaluate(end) - curve.evaluate(start)) > STILL
-            for curve, strip in curves_of(obj)
-            if strip is None
+        # cameras move whether motion blur is theirs or not; spectral.hold() takes it from what need not tell the time
+        if (
+            obj is not None
+            and (obj.type == "CAMERA" or obj.cycles.use_motion_blur)
+            and any(
+                curve.data_path.startswith(MOVES) and abs(curve.evaluate(end) - curve.evaluate(start)) > STILL
+                for curve, strip in curves_of(obj)
+                if strip is None
+            )
         ):
             names.append(obj.name)
     if not names:

@@ -82,6 +82,8 @@ def test_what_moves_while_the_shutter_is_open_is_said(scene):
     slab().keyframe_insert("location", index=0, frame=scene.frame_current + 4)
     slab().location.x = 0
     assert codes(scene) == ["moves_in_colours"] and sentences(scene)[0].startswith("Slab: it moves")
+    spectral.hold(slab())  # as what need not tell the time is
+    assert "moves_in_colours" not in codes(scene)
 
 
 def test_light_that_came_later_has_no_wavelength_yet(scene):

@@ -70,7 +70,8 @@ def test_the_same_button_undoes_all(stage, backend):
             settings,
             len(emission.id_data.links),
             obj.animation_data,
-            dict(obj.items()),
+            {name: value for name, value in obj.items() if name != "cycles"},
+            obj.cycles.use_motion_blur,
             tuple(obj.delta_location),
         )
 
@@ -83,6 +84,18 @@ def test_the_same_button_undoes_all(stage, backend):
     assert not spectral.is_spectral(scene)
     assert state()[:3] == before[:3] and state()[4:] == before[4:]
     assert tuple(emission.inputs["Color"].default_value) == pytest.approx((0.3, 0.4, 0.5, 1))  # what was set meanwhile
+
+
+def test_what_moves_stands_still_for_all_colours(stage, render):
+    """Its edge is where it is in the middle of the shutter's time; blurred, each colour has another."""
+    obj, _ = glowing(stage, "Light", (1.2, 2, 0.5))
+    scene = stage.scene
+    spectral.set_up(scene, "osl")
+    still = render(scene)
+    spectral.undo(scene)
+    obj.driver_add("location", 0).driver.expression = f"1 + 40 * (frame - {scene.frame_current})"  # by 0.4 m meanwhile
+    spectral.set_up(scene, "osl")
+    np.testing.assert_allclose(render(scene), still, atol=1e-3)
 
 
 @BACKENDS

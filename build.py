@@ -13,6 +13,7 @@
   python3 build.py bench waits         what a person waits for: a panel redrawn, a scene built, the command's first word
   python3 build.py bench scale         what scenes of 5 million triangles, or of 1,000 objects, cost
   python3 build.py bench caustics      the same of caustics, beside path tracing and Mitsuba 3 (hours; some minutes: --quick)
+  python3 build.py bench spectrum      the same of media that disperse, beside stacks of wavelengths, Mitsuba 3 and LuxCore
   python3 build.py release X.Y.Z       give what is here that version, and the changelog too; check all; build the extension
   python3 build.py lock                write anew which packages --locked installs, the newest that fit, for all Blenders
   python3 build.py setup               make the environment only; every other command does so when needed
@@ -371,9 +372,10 @@ def docs(python, rest):
 
 def bench(python, rest):
     """Print the benchmarks: `glass`, our material beside Blender's, and `peers`, beside Mitsuba and POV-Ray, or only
-    what is named: one of them, `waits`, what a person waits for, `scale`, what large scenes cost, or `caustics`, which
-    takes long."""
-    chosen = [rest[0]] if rest and rest[0] in ("glass", "peers", "waits", "scale", "caustics") else ["glass", "peers"]
+    what is named: one of them, `waits`, what a person waits for, `scale`, what large scenes cost, `spectrum`, media that
+    disperse beside Mitsuba and LuxCore, or `caustics`, which takes long."""
+    named = ("glass", "peers", "waits", "scale", "caustics", "spectrum")
+    chosen = [rest[0]] if rest and rest[0] in named else ["glass", "peers"]
     words = rest[1:] if rest[:1] == chosen else rest
     return max(run(python, f"bench/{name}.py", *words) for name in chosen)
 

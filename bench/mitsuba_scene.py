@@ -19,7 +19,8 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-mi.set_variant("llvm_ad_rgb")
+if mi.variant() is None:  # bench/mitsuba_spectrum.py has set its own
+    mi.set_variant("llvm_ad_rgb")
 
 SKY_HORIZON, SKY_ZENITH = (1.0, 0.9, 0.75), (0.25, 0.45, 0.9)
 LIGHT, DARK, RED, BLUE = (0.8,) * 3, (0.2,) * 3, (0.8, 0.05, 0.05), (0.05, 0.1, 0.8)
@@ -32,7 +33,7 @@ class NIM(mi.BSDF):
 
     def __init__(self, properties):
         mi.BSDF.__init__(self, properties)
-        self.n = properties["n"]
+        self.n = properties.get("n")
         sides = mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide
         self.m_components = [
             mi.BSDFFlags.DeltaReflection | sides,
@@ -40,12 +41,17 @@ class NIM(mi.BSDF):
         ]
         self.m_flags = self.m_components[0] | self.m_components[1]
 
+    def index(self, si):
+        """The index inside."""
+        return self.n
+
     def sample(self, context, si, sample1, sample2, active=True):
         """Reflect with the probability R, else transmit; the weight is 1."""
         cos = mi.Frame3f.cos_theta(si.wi)
         outside = cos > 0
-        q = dr.select(outside, 1 / self.n, self.n)  # n_i / n_t
-        z = dr.select(outside, abs(self.n), 1 / abs(self.n))  # Z_i / Z_t
+        n = self.index(si)
+        q = dr.select(outside, 1 / n, n)  # n_i / n_t
+        z = abs(dr.select(outside, n, 1 / n))  # Z_i / Z_t
         c = dr.abs(cos)
         cos2_t = (1 - q * q) + q * q * c * c
         t = dr.safe_sqrt(cos2_t)
@@ -66,11 +72,11 @@ class NIM(mi.BSDF):
         bs.sampled_type = dr.select(
             reflected, mi.UInt32(+mi.BSDFFlags.DeltaReflection), mi.UInt32(+mi.BSDFFlags.DeltaTransmission)
         )
-        return bs, mi.Color3f(1) & active
+        return bs, mi.Spectrum(1) & active
 
     def eval(self, context, si, wo, active=True):
         """Nothing: both directions are points."""
-        return mi.Color3f(0)
+        return mi.Spectrum(0)
 
     def pdf(self, context, si, wo, active=True):
         """Nothing: both directions are points."""
@@ -78,7 +84,7 @@ class NIM(mi.BSDF):
 
     def eval_pdf(self, context, si, wo, active=True):
         """Nothing: both directions are points."""
-        return mi.Color3f(0), mi.Float(0)
+        return mi.Spectrum(0), mi.Float(0)
 
 
 class Black(mi.BSDF):
@@ -91,11 +97,11 @@ class Black(mi.BSDF):
 
     def sample(self, context, si, sample1, sample2, active=True):
         """Nothing."""
-        return dr.zeros(mi.BSDFSample3f), mi.Color3f(0)
+        return dr.zeros(mi.BSDFSample3f), mi.Spectrum(0)
 
     def eval(self, context, si, wo, active=True):
         """Nothing."""
-        return mi.Color3f(0)
+        return mi.Spectrum(0)
 
     def pdf(self, context, si, wo, active=True):
         """Nothing."""
@@ -103,7 +109,7 @@ class Black(mi.BSDF):
 
     def eval_pdf(self, context, si, wo, active=True):
         """Nothing."""
-        return mi.Color3f(0), mi.Float(0)
+        return mi.Spectrum(0), mi.Float(0)
 
 
 mi.register_bsdf("nim", NIM)

@@ -15,7 +15,6 @@ renders, whose own noise cancels. A cost is processor seconds x mean squared err
 """
 
 import argparse
-import json
 import math
 import os
 import re
@@ -27,6 +26,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+from peer import Missing, Peer, Record
 
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent))
@@ -38,10 +38,6 @@ SAMPLERS = ("independent", "multijitter")
 # Rays in a supersampled pixel of POV-Ray, along an edge, jittered; it takes them where neighbours differ by the
 # threshold: the family that cost least of a dozen tried at 256 x 256, emit, n = -1.5.
 POV_DEPTHS, POV_THRESHOLD, POV_LEVELS = (6, 8), 0.01, 20
-
-
-class Missing(Exception):
-    """A peer is not installed; one sentence says how to get it."""
 
 
 class Cycles:
@@ -73,42 +69,15 @@ class Cycles:
         return pixels, *((a - b) * scale for a, b in zip(all_of_them, one, strict=True))
 
 
-class Mitsuba:
-    """Mitsuba in a process of its own, which keeps its compiled kernels."""
-
-    def __init__(self, sampler, options):
-        if not options.peers_python:
-            raise Missing(
-                "Mitsuba is left out: make an environment with `pip install mitsuba numpy` and name its Python "
-                "with --peers-python or NIM_PEERS_PYTHON (and libLLVM, 16 or newer, with DRJIT_LIBLLVM_PATH)."
-            )
-        command = [options.peers_python, HERE / "mitsuba_scene.py", options.size, options.samples, THREADS, sampler]
-        self.log = tempfile.TemporaryFile("w+")  # noqa: SIM115 it lives as long as the process
-        try:
-            self.process = subprocess.Popen(
-                list(map(str, command)), stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self.log, text=True
-            )
-        except OSError as error:
-            raise Missing(f"Mitsuba is left out: {options.peers_python} does not run ({error.strerror}).") from None
-        if self._answer() != "ready":
-            self.log.seek(0)
-            said = (self.log.read().strip().splitlines() or ["it gave no reason"])[-1]
-            raise Missing(f"Mitsuba is left out: it did not start ({said}).")
-
-    def _answer(self):
-        return self.process.stdout.readline().strip()
-
-    def __call__(self, n, kind, seed):
-        """Pixels, seconds on the clock and on the processors."""
-        self.process.stdin.write(f"{n} {kind} {seed}\n")
-        self.process.stdin.flush()
-        answer = json.loads(self._answer())
-        return np.load(answer["file"]), answer["clock"], answer["processors"]
-
-    def close(self):
-        """End the process."""
-        self.process.stdin.close()
-        self.process.wait()
+def mitsuba(sampler, options):
+    """Mitsuba, which takes an index, a kind and a seed."""
+    if not options.peers_python:
+        raise Missing(
+            "Mitsuba is left out: make an environment with `pip install mitsuba numpy` and name its Python "
+            "with --peers-python or NIM_PEERS_PYTHON (and libLLVM, 16 or newer, with DRJIT_LIBLLVM_PATH)."
+        )
+    command = [options.peers_python, HERE / "mitsuba_scene.py", options.size, options.samples, THREADS, sampler]
+    return Peer("Mitsuba", command)
 
 
 def pov_ray(n, depth, options):
@@ -138,30 +107,6 @@ def pov_ray(n, depth, options):
             raise Missing(f"POV-Ray is left out: {(done.stderr.strip().splitlines() or ['it gave no reason'])[-1]}")
         pixels = oiio.ImageBuf(str(file)).get_pixels(oiio.FLOAT)[..., :3]
     return pixels, float(times[1]), float(times[2])
-
-
-class Record:
-    """What the renders of one program were: times, and sums over pictures that give variance and mean."""
-
-    def __init__(self):
-        self.clock, self.processors, self.pictures = [], [], []
-
-    def add(self, pixels, clock, processors):
-        """One render."""
-        self.pictures.append(pixels.astype(np.float32))
-        self.clock.append(clock)
-        self.processors.append(processors)
-
-    @property
-    def error(self):
-        """Mean squared error of one picture: the variance over the seeds."""
-        return float(np.mean(np.var(self.pictures, axis=0, ddof=1, dtype=float)))
-
-    def error_of(self, picture):
-        """Mean squared error of another program's picture, of which these are unbiased estimates."""
-        off = np.subtract(picture, self.pictures, dtype=float)
-        count = len(off)
-        return float(np.mean(off.sum(0) ** 2 - (off**2).sum(0)) / (count * (count - 1)))
 
 
 def bias(pictures, expected):
@@ -239,7 +184,7 @@ def main():
     peers = {}
     for sampler in SAMPLERS:
         try:
-            peers[sampler] = Mitsuba(sampler, options)
+            peers[sampler] = mitsuba(sampler, options)
         except Missing as missing:
             print(missing)
             break

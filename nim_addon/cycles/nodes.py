@@ -35,11 +35,16 @@ class Nodes:
     """A short way to add nodes to a bpy.types.NodeTree and to link them, each to the right of the last one.
 
     Where an input is asked for, a bpy.types.NodeSocket is linked to it and anything else becomes its value.
+
+    later: links are made by link() alone: Blender looks at the whole tree again for each thing that is added to it, so that
+           a large one takes half as long where its nodes come first
+    links: (output, input) of those that are still to be made
     """
 
-    def __init__(self, tree: bpy.types.NodeTree):
-        self.tree = tree
+    def __init__(self, tree: bpy.types.NodeTree, *, later: bool = False):
+        self.tree, self.later = tree, later
         self.added: list[bpy.types.Node] = []
+        self.links: list[tuple[bpy.types.NodeSocket, bpy.types.NodeSocket]] = []
 
     def add(self, type_: str, *, inputs: Mapping[Any, Any] | None = None, **properties: Any) -> bpy.types.Node:
         """A node of that type; `inputs` maps a socket's name, identifier or index to what it gets."""
@@ -55,11 +60,20 @@ class Nodes:
     def feed(self, socket: bpy.types.NodeSocket, value: Any) -> None:
         """Link `socket`, an input of a node, to the output `value`, or give it that value."""
         if isinstance(value, bpy.types.NodeSocket):
-            self.tree.links.new(value, socket)
+            if self.later:
+                self.links.append((value, socket))
+            else:
+                self.tree.links.new(value, socket)
         elif socket.type == "RGBA" and len(value) == 3:
             socket.default_value = (*value, 1.0)
         else:
             socket.default_value = value
+
+    def link(self) -> None:
+        """Make the links that are still to be made."""
+        for output, socket in self.links:
+            self.tree.links.new(output, socket)
+        self.links.clear()
 
     def math(self, operation: str, a: Any, b: Any = 0.0, c: Any = 0.0) -> bpy.types.NodeSocket:
         """The output of a Math node of numbers."""

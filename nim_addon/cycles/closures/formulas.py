@@ -257,7 +257,7 @@ class Sheet:
     """
 
     def __init__(self, tree: bpy.types.NodeTree, inputs: Mapping[str, str]):
-        self.tree, self._nodes, self._inputs = tree, Nodes(tree), inputs
+        self.tree, self._nodes, self._inputs = tree, Nodes(tree, later=True), inputs
         self._frames: list[Frame] = []
         self._values: dict[tuple, Value] = {}
 
@@ -273,8 +273,7 @@ class Sheet:
         node = self.tree.nodes.new("NodeGroupInput")
         self._frames[-1].entries.append(node)
         names = {self._inputs[identifier]: identifier for identifier in identifiers}
-        for socket in node.outputs:
-            socket.hide = socket.name not in names
+        node.outputs.foreach_set("hide", [socket.name not in names for socket in node.outputs])
         values = [Value(self, node.outputs[name]) for name in names]
         self.name(dict(zip(identifiers, values, strict=True)))
         return values
@@ -329,14 +328,20 @@ class Sheet:
             if value.socket:
                 value.node.label = value.text()
         feeding = defaultdict(list)
-        for link in self.tree.links:  # all at once: those of a socket are looked for among all of them
-            feeding[link.to_node].append(link.from_node)
+        for output, socket in self._nodes.links:
+            feeding[socket.node].append(output.node)
+        places = {}
         for frame in self._frames:
-            self._place(frame, feeding)
+            places |= self._place(frame, feeding)
         leave = self.tree.nodes.new("NodeGroupOutput")
-        leave.location = (max(frame.right for frame in self._frames), self._frames[-1].top)
+        places[leave] = (max(frame.right for frame in self._frames), self._frames[-1].top)
         for socket, value in zip(leave.inputs, outputs, strict=False):  # the last is the one that makes further ones
             self._nodes.feed(socket, value.socket)
+        # at once, since Blender looks at the whole tree again for each
+        self.tree.nodes.foreach_set(
+            "location", [number for node in self.tree.nodes for number in places.get(node, (0.0, 0.0))]
+        )
+        self._nodes.link()
 
     def _join_products(self):
         """Let one node do a sum and a product in it that has no name and no other use."""
@@ -349,28 +354,32 @@ class Sheet:
             rest = next(operand for operand in total.operands if operand is not product)
             frame = next(frame for frame in self._frames if product.node in frame.nodes)
             frame.nodes.remove(product.node)
+            gone = {product.node, total.node}
+            self._nodes.links = [link for link in self._nodes.links if link[1].node not in gone]
             self.tree.nodes.remove(product.node)
             product.socket = None
-            for link in [link for link in self.tree.links if link.to_node == total.node]:
-                self.tree.links.remove(link)
             total.node.operation = "MULTIPLY_ADD"
             for socket, operand in zip(total.node.inputs, (*product.operands, rest), strict=True):
                 self._nodes.feed(socket, _fed(operand))
 
     def _place(self, frame, feeding):
+        """{node: where it stands} of a frame."""
         frame.left = frame.after.right if frame.after else 0.0
         # a frame closes tightly around its nodes, over the title's place: this one keeps it free
         spacer = self.tree.nodes.new("NodeReroute")
-        spacer.parent, spacer.location = frame.node, (frame.left, frame.top + 40)
+        spacer.parent = frame.node
+        places = {spacer: (frame.left, frame.top + 40)}
         column, rows = {}, {}
         for node in frame.nodes:
             here = column[node] = max((column[other] + 1 for other in feeding[node] if other in column), default=0)
             row = rows[here] = rows.get(here, -1) + 1
             # every second column lies half a row lower, so that links pass between the nodes
-            node.location = (frame.left + COLUMN * here, frame.top - ROW * (row + 0.5 * (here % 2)))
+            places[node] = (frame.left + COLUMN * here, frame.top - ROW * (row + 0.5 * (here % 2)))
         frame.right = frame.left + COLUMN * len(rows) + GAP
-        for number, node in enumerate(frame.entries):
-            node.location = (frame.left - ENTRY, frame.top - 4 * ROW * number)
+        entries = {
+            node: (frame.left - ENTRY, frame.top - 4 * ROW * number) for number, node in enumerate(frame.entries)
+        }
+        return places | entries
 
 
 def _fed(operand):

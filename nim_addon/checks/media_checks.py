@@ -3,11 +3,10 @@
 
 import bpy
 
-from ..cycles.material import asked_interfaces
+from ..cycles.material import asked_interfaces, medium_of, set_medium
 from ..cycles.problem import LINKED, Problem
 from .bodies import BACK, FRONT
 from .borders import Borders, Misfit
-from .surroundings import same
 
 # By Misfit.relation: what is said of one object, and of several; {medium} is what `other` says, {own} what they say.
 SENTENCES = {
@@ -61,7 +60,7 @@ def _problem(borders, key, misfits):
     if material.library:
         texts += (LINKED,)
     how = _how(borders, material, misfits, side) if sure else None
-    values |= {"n": misfits[0].medium.n, "mu": misfits[0].medium.mu, "side": side, "copies": how == "copy"}
+    values |= {"wanted": misfits[0].medium, "side": side, "copies": how == "copy"}
     partner = _material(borders, misfits[0].partner)
     materials = tuple(sorted({material.name, partner.name}))
     values["material"] = material.name
@@ -91,9 +90,9 @@ def _settable(material, side):
     nodes = asked_interfaces(material)
     if material.library or len(nodes) != 1 or nodes[0].path or material.node_tree.animation_data:
         return None
-    inputs = nodes[0].node.inputs
-    free = not any(inputs[f"{quantity} {SOCKETS[side]}"].is_linked for quantity in ("Index", "Permeability"))
-    return nodes[0].node if free else None
+    node, name = nodes[0].node, SOCKETS[side]
+    free = not any(node.inputs[f"{quantity} {name}"].is_linked for quantity in ("Index", "Permeability"))
+    return node if free or medium_of(node, name) else None
 
 
 def _set_medium(scene, problem):
@@ -108,8 +107,7 @@ def _set_medium(scene, problem):
                     slot.material = material
     node = _settable(material, values["side"])
     if node:
-        for quantity, key in (("Index", "n"), ("Permeability", "mu")):
-            node.inputs[f"{quantity} {SOCKETS[values['side']]}"].default_value = values[key]
+        set_medium(node, SOCKETS[values["side"]], values["wanted"])
 
 
 def _material(borders, patch):
@@ -131,8 +129,11 @@ def _names(borders, misfit: Misfit):
 
 def _said(medium):
     """A medium in a few words, the same in every language."""
-    mu = "" if same(medium, type(medium)(medium.n)) else f", mu = {medium.mu:.6g}"
-    return f"{'NIM' if medium.is_nim else 'n ='} {medium.n:.6g}{mu}"
+    if medium.dispersion:
+        return str(medium)
+    n, mu = (f"{number.real if number.imag == 0 else number:.6g}" for number in (medium.index, medium.permeability))
+    usual = medium.permeability == (-1 if medium.is_nim else 1)
+    return f"{'NIM' if medium.is_nim else 'n ='} {n}" + ("" if usual else f", mu = {mu}")
 
 
 MENDS = {"outside": _set_medium}

@@ -323,8 +323,11 @@ def _standing(others, interfaces, limit):
 
 
 def same(medium: Medium, other: Medium) -> bool:
-    """Whether two media are the same to what a socket holds: the permeability counts by magnitude."""
-    return math.isclose(medium.n, other.n, rel_tol=1e-5) and math.isclose(medium.mu, other.mu, rel_tol=1e-5)
+    """Whether two media are the same to what sockets hold: the permeability of a real one counts by magnitude."""
+    if medium.dispersion != other.dispersion:
+        return False
+    parts = ((medium.n, other.n), (medium.k, other.k), (medium.mu, other.mu), (medium.mu_imag, other.mu_imag))
+    return all(math.isclose(*pair, rel_tol=1e-5, abs_tol=1e-12) for pair in parts)
 
 
 def _around(normal):

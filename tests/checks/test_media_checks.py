@@ -5,7 +5,7 @@ import bpy
 import pytest
 
 from nim_addon import checks
-from nim_addon.cycles.material import interface_material, interface_nodes
+from nim_addon.cycles.material import interface_material, interface_nodes, interface_of
 from nim_addon.physics import Medium
 from nim_addon.scenes import SCENES
 from tests.checks.pieces import AIR, CUP, GLASS, NIM, WATER, add, ball, box, codes, found, turned
@@ -21,6 +21,41 @@ def test_a_bubble_whose_outside_was_forgotten(scene):
         codes(scene) == []
         and interface_nodes(bubble.data.materials[0])[0].inputs["Index Outside"].default_value == -1.5
     )
+
+
+LOSSY, METAL, GLASSES = Medium(-1.5 + 1e-7j), Medium.of(-2.25), [Medium.parse(name) for name in ("n-bk7", "n-sf11")]
+
+
+@pytest.mark.parametrize(
+    "medium, outside, words",
+    [
+        (LOSSY, NIM, "NIM -1.5+1e-07j (Ball), but its outside is NIM -1.5."),
+        (LOSSY, Medium(-1.5 + 2e-7j), "its outside is NIM -1.5+2e-07j."),
+        (METAL, AIR, "n = 0+1.5j (Ball), but its outside is n = 1."),
+        (NIM, METAL, "NIM -1.5 (Ball), but its outside is n = 0+1.5j."),
+        (Medium.of(-1.7, -0.7 + 0.3j), NIM, ", mu = -0.7+0.3j (Ball)"),
+        (GLASSES[0], GLASSES[1], "n-bk7 (Ball), but its outside is n-sf11."),
+        (GLASSES[0], Medium(GLASSES[0].n), "n-bk7 (Ball)"),
+        (NIM, GLASSES[0], "NIM -1.5 (Ball), but its outside is n-bk7."),
+    ],
+    ids=str,
+)
+def test_media_with_loss_and_dispersion_that_do_not_fit(scene, medium, outside, words):
+    add("Ball", medium, ball(1))
+    bubble = add("Bubble", (AIR, outside), ball(0.3, (0.4, 0, 0)))
+    problem = next(problem for problem in found(scene) if problem.code == "outside")
+    assert words in problem.sentence
+    checks.mend(scene, "outside")
+    assert "outside" not in codes(scene)
+    read = interface_of(interface_nodes(bubble.data.materials[0])[0]).outside
+    assert read.index == pytest.approx(medium.index, rel=1e-6) and read.dispersion == medium.dispersion
+
+
+def test_media_with_loss_and_dispersion_that_fit(scene):
+    for place, medium in enumerate((LOSSY, METAL, *GLASSES)):
+        add(f"Ball {place}", medium, ball(1, (3 * place, 0, 0)))
+        add(f"Bubble {place}", (AIR, medium), ball(0.3, (3 * place, 0, 0)))
+    assert "outside" not in codes(scene)
 
 
 def test_a_material_that_is_right_elsewhere_is_copied(scene):

@@ -142,6 +142,27 @@ def grid(low: ArrayLike, high: ArrayLike, step: float) -> Shape:
     return np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], -1), quads.reshape(-1, 4).tolist()
 
 
+def closed_below(vertices: NDArray, faces: Faces, bottom: float) -> tuple[NDArray, Faces, NDArray]:
+    """The solid between a sheet that faces up, with one convex rim and no holes, and the height `bottom` below all of it.
+
+    Returns vertices, faces and the vertices (R,) of the rim, which come first as they are in the sheet, in its order.
+    """
+    edges = {(int(a), int(b)) for face in faces for a, b in zip(face, [*face[1:], face[0]], strict=True)}
+    onwards = {a: b for a, b in edges if (b, a) not in edges}
+    rim = [next(iter(onwards))]
+    while (ahead := onwards[rim[-1]]) != rim[0]:
+        rim.append(ahead)
+    below = vertices[rim] * (1, 1, 0) + (0, 0, bottom)
+    middle = below.mean(axis=0)
+    first, last = len(vertices), len(vertices) + len(rim)  # of those at the bottom
+    sides, floor = [], []
+    for i, (a, b) in enumerate(zip(rim, [*rim[1:], rim[0]], strict=True)):
+        low, next_low = first + i, first + (i + 1) % len(rim)
+        sides.append((b, a, low, next_low))
+        floor.append((next_low, low, last))
+    return np.vstack([vertices, below, middle]), [*faces, *sides, *floor], np.array(rim)
+
+
 def joined(*pieces: Shape) -> tuple[NDArray, Faces, NDArray]:
     """Vertices and faces of several (vertices, faces) as one mesh, and for each face the index of its piece."""
     starts = np.cumsum([0] + [len(vertices) for vertices, _ in pieces])

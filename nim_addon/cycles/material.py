@@ -10,9 +10,9 @@ from collections.abc import Sequence
 import bpy
 import numpy as np
 
-from ..physics import MEDIA, REPRESENTATIVE_NM, VISIBLE_NM, Interface, Medium
+from ..physics import MEDIA, REPRESENTATIVE_NM, VISIBLE_NM, AbsorptionLength, Interface, Medium
 from ..physics.media import LEAST_MAGNITUDE, MOST_MAGNITUDE
-from . import closures, dispersive
+from . import absorption, closures, dispersive
 from .closures import INTERFACE, closure_of_node
 from .closures.backends import osl_available, resolve
 from .nodes import empty_tree
@@ -57,7 +57,7 @@ def interface_material(
                      the first where this build has OSL, else the second
     tint:            linear RGB factor on all light that meets the interface, three numbers from 0 to 1
     volume:          whether what the inside absorbs is a volume of the material, for bodies in which something else
-                     stands: the same for all wavelengths, that of 550 nm. Otherwise the interface takes it from light
+                     stands: constant along a path (cycles.absorption). Otherwise the interface takes it from light
                      that comes to it on a straight way from face to face, which is right for solid bodies
     The material renders without this add-on, and its node "NIM Interface" holds the parameters.
     Raises TypeError for what is no Medium, ValueError for one that is not known over the visible wavelengths, for such a
@@ -73,7 +73,7 @@ def interface_material(
     output.location = (300, 0)
     tree.links.new(node.outputs["BSDF"], output.inputs["Surface"])
     node.inputs["Tint"].default_value = (*tint, 1.0)
-    if volume and inside.absorption():
+    if volume and absorption.absorbs(inside):
         absorb_by_volume(node, output)
     # how solid view shows it: NIMs warm, dielectrics cool
     material.diffuse_color = (0.9, 0.6, 0.35, 0.5) if inside.is_nim or outside.is_nim else (0.5, 0.7, 0.9, 0.5)
@@ -81,18 +81,11 @@ def interface_material(
 
 
 def absorb_by_volume(node: bpy.types.Node, output: bpy.types.Node) -> None:
-    """Let a volume, at an output of the material, take what an interface node absorbs inside, at 550 nm, in its place."""
-    tree, socket = node.id_data, node.inputs["Absorption Inside"]
-    dispersed = medium_of(node, "Inside")
-    alpha = dispersed.absorption() if dispersed else number_of(socket) or 0.0
-    for link in list(socket.links):
-        tree.links.remove(link)
-    socket.default_value = 0.0
-    absorbs = tree.nodes.new("ShaderNodeVolumeAbsorption")
-    absorbs.location = (40, -280)
-    absorbs.inputs["Color"].default_value = (0.0, 0.0, 0.0, 1.0)
-    absorbs.inputs["Density"].default_value = alpha
-    tree.links.new(absorbs.outputs[0], output.inputs["Volume"])
+    """Let a volume, at an output of the material, take what an interface node absorbs inside, in its place."""
+    alpha = number_of(node.inputs["Absorption Inside"])
+    medium = medium_of(node, "Inside") or Medium.of_index(1.0, AbsorptionLength(1 / alpha) if alpha else 0.0)
+    absorption.leave_to_volume(node, "Inside")
+    absorption.absorb(output, medium)
 
 
 def interface_node(
@@ -119,7 +112,8 @@ def set_medium(node: bpy.types.Node, side: str, medium: Medium) -> None:
     tree = node.id_data
     sockets = {name: node.inputs[f"{name} {side}"] for name in dispersive.OUTPUTS if f"{name} {side}" in node.inputs}
     # made before the other goes, since it may be refused
-    source = medium.dispersion and dispersive.medium_node(tree, medium, INTERFACE.backend_of(node.node_tree))
+    disperses = medium.dispersion is not None and medium.dispersion.has_colours
+    source = dispersive.medium_node(tree, medium, INTERFACE.backend_of(node.node_tree)) if disperses else None
     former = {link.from_node for socket in sockets.values() for link in socket.links}
     for link in [link for socket in sockets.values() for link in socket.links]:
         tree.links.remove(link)

@@ -15,13 +15,14 @@ from typing import Any, NamedTuple
 import bpy
 import mathutils
 
-from . import wavelength
+from ..physics import REPRESENTATIVE_NM
+from . import absorption, wavelength
 from .closures import INTERFACE
 from .closures.backends import device_runs_osl, osl_available, resolve
 from .closures.shutter import DRIFT, DRIFTS, REST
 from .nodes import Owner, uses_nodes
 from .visibility import CAUSTICS_MARK, as_rendered, asked, lamps, shown
-from .wavelength import set_neutral, set_stratum
+from .wavelength import set_stratum
 
 __all__ = [
     "Done",
@@ -72,6 +73,12 @@ class Done(NamedTuple):
     sky: bool
 
 
+def set_neutral(nm: float = REPRESENTATIVE_NM) -> None:
+    """Let all media of the file be shown at this wavelength, nanometres, where motion blur is off, and their volumes too."""
+    wavelength.set_neutral(nm)
+    absorption.set_neutral(nm)
+
+
 def is_spectral(scene: bpy.types.Scene) -> bool:
     """Whether a scene was set up to be rendered in all wavelengths at once."""
     return MARK in scene
@@ -118,6 +125,8 @@ def set_up(scene: bpy.types.Scene, backend: str = "auto") -> Done:
         sum(_weigh(material, backend) for material in materials),
         bool(scene.world) and _weigh(scene.world, above),
     )
+    for material in materials:
+        absorption.show_colours(material)
     if backend == "osl" or (weighed.sky and above == "osl"):
         _put(scene, "cycles.shading_system", True)
     for obj in dict.fromkeys((*scene.objects, *meshes, *shining)):
@@ -159,6 +168,8 @@ def undo(scene: bpy.types.Scene) -> None:
     scene.pop(DONE, None)
     for owner in {*_owners(scene)}:
         _unweigh(owner)
+        if isinstance(owner, bpy.types.Material):
+            absorption.show_neutral(owner)
     for obj in scene.objects:
         _release(obj)
     set_neutral()

@@ -21,6 +21,7 @@ _WHITE = (0.3127, 0.3290)
 # How much of the density of drawn wavelengths is everywhere the same, beside what is as |w|: measured to be the best
 # of pictures of prisms and balls.
 _FLOOR = 0.6
+WAYS = 3.0
 # A curve of Blender's nodes: it keeps a table of so many numbers evenly over [0, 1], and Cycles reads so many from that.
 CURVE_POINTS, TABLE_SIZE = 257, 256
 _HELD = np.linspace(0, 1, TABLE_SIZE)
@@ -160,6 +161,35 @@ def weights_of(wavelengths_nm: ArrayLike) -> NDArray:
     if not (mean > 0).all():
         raise ValueError("these wavelengths make no white together; take more, over 400 to 700 nm.")
     return w / mean
+
+
+def absorption_of_channels(alpha: ArrayLike) -> NDArray:
+    """Coefficients (3,) of red, green and blue whose exponentials are nearest to the light that a medium lets through.
+
+    alpha: (N,) absorption coefficients, per metre, at the wavelengths of weights()
+    What is left of white light in a channel is no exponential of the way, and may be above 1, or negative, where its colour
+    is outside the gamut. Nearest is by the squares of what differs on ways up to WAYS times that of 1/e.
+    """
+    alpha = np.asarray(alpha, float)
+    if np.ptp(alpha) <= 1e-6 * alpha.max():
+        return np.full(3, alpha.mean())
+    _, w = weights()
+    luminance = _observer()[1][:, 1] * _observer()[2]
+    usual = max(luminance @ alpha / luminance.sum(), 1e-3 * alpha.max())
+    ways = np.linspace(0, WAYS, 65) / usual
+    seen = w * np.exp(-ways[:, None, None] * alpha[:, None])
+    left = ((seen[:, 1:] + seen[:, :-1]) / 2).mean(axis=1)
+    return np.array([_nearest(ways, column, alpha.max()) for column in left.T])
+
+
+def _nearest(ways: NDArray, left: NDArray, most: float) -> float:
+    """The coefficient in [0, 2 most] whose exponential is nearest to values (K,) on ways (K,)."""
+    low, high, steps = 0.0, 2 * most, np.linspace(0, 1, 101)
+    for _ in range(4):
+        tried = low + steps * (high - low)
+        best = np.argmin(np.square(np.exp(-tried[:, None] * ways) - left).sum(axis=1))
+        low, high = tried[max(best - 1, 0)], tried[min(best + 1, len(tried) - 1)]
+    return float(tried[best])
 
 
 @functools.cache

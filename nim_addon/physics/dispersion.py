@@ -125,6 +125,11 @@ class Dispersion:
         ranges = [part.range_nm for _, part in self._parts() if not isinstance(part, complex | float | int)]
         return max((least for least, _ in ranges), default=0.0), min((most for _, most in ranges), default=np.inf)
 
+    @property
+    def has_colours(self) -> bool:
+        """Whether anything to be seen changes with the wavelength: more than the k, of parts in a million, of a length."""
+        return any(callable(part) and not isinstance(part, AbsorptionLength) for _, part in self._parts())
+
     def __call__(self, wavelength_nm: ArrayLike) -> tuple[NDArray, NDArray]:
         """Complex n and mu, each (...), at vacuum wavelengths (...), nanometres.
 

@@ -11,8 +11,8 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..cycles import meshes
-from ..cycles.material import interface_material
+from ..cycles import absorption, meshes
+from ..cycles.material import interface_material, interface_nodes
 from ..physics import MEDIA, Medium
 from . import mesh_files, shapes, surfaces
 from .parameters import Parameters, choice, liquid, mesh_file, number, switch
@@ -24,6 +24,10 @@ RADIUS, HEIGHT, WALL, BASE = 0.040, 0.130, 0.0025, 0.010
 FOOT_EDGE, INNER_EDGE = 0.002, 0.006
 LEVEL = 0.086
 SEGMENTS = 240  # leaves 3 um between a facet and the circle
+
+# The body of what a liquid absorbs reaches so far into the glass and the air: much more than rays are rounded, and next
+# to nothing of their way.
+SKIN = 2e-6
 
 # As wide as nothing: keeps two surfaces that would touch apart.
 GAP = 0.0001
@@ -70,7 +74,7 @@ def build(parameters: GlassParameters, backend: str = "auto") -> bpy.types.Scene
     # a round table: its edge is as far away to the side, where the glass shows it too, as behind
     table = surfaces.checker("Table", (0.62, 0.37, 0.17), (0.12, 0.05, 0.022), 0.020)
     stage.mesh("Table", *shapes.revolve([(TABLE_RADIUS, 0), (0, 0)], 256)[:2], table)
-    glass(stage, parameters.liquid)
+    glass(stage, parameters.liquid, immersed=parameters.straw)
     if parameters.straw:
         straw(stage)
     if statue is not None:
@@ -117,12 +121,14 @@ def glass_profile() -> tuple[NDArray, NDArray]:
     return points, np.stack([np.cos(turns), np.sin(turns)], axis=-1)
 
 
-def glass(stage: Stage, filling: Medium | None) -> bpy.types.Object:
+def glass(stage: Stage, filling: Medium | None, immersed: bool = False) -> bpy.types.Object:
     """The glass, and the liquid (a Medium, or None) in it, as one mesh; returns the object.
 
     Each of its materials stands between the two media that meet there. The faces of the glass point out of the glass,
     into the air or the liquid; those of the liquid's surface point up. Liquid and wall share the ring where they meet,
     so that there is neither gap nor overlap.
+    immersed: whether something stands in the liquid. What that absorbs is then a body of its own; otherwise the faces
+              take it from light that comes to them
     """
     profile, profile_normals = glass_profile()
     vertices, faces, origin = shapes.revolve(profile, SEGMENTS)
@@ -138,6 +144,11 @@ def glass(stage: Stage, filling: Medium | None) -> bpy.types.Object:
     if filling is not None:
         materials.append(interface_material("Glass to liquid", material, filling, backend=stage.backend))
         materials.append(interface_material("Liquid to air", filling, backend=stage.backend))
+        if immersed and absorption.absorbs(filling):
+            for wetted in materials[1:]:
+                (node,) = interface_nodes(wetted)
+                absorption.leave_to_volume(node, "Inside", "Outside")
+            _absorbing_body(stage, filling, profile, profile_normals)
         ring = np.flatnonzero(vertices[:, 2] == LEVEL)
         surface = [(int(a), int(b), len(vertices)) for a, b in zip(ring, np.roll(ring, -1), strict=True)]
         vertices = np.vstack([vertices, (0, 0, LEVEL)])
@@ -150,6 +161,17 @@ def glass(stage: Stage, filling: Medium | None) -> bpy.types.Object:
     edges = meshes.read(object_.data.edges, "vertices", 2, np.int32)
     object_.data.edges.foreach_set("use_edge_sharp", np.isin(edges, ring).all(axis=1))
     return object_
+
+
+def _absorbing_body(stage, filling, profile, profile_normals):
+    """What the liquid absorbs, as a closed body without a surface, SKIN beyond the liquid all around."""
+    wet = slice(int(np.flatnonzero(profile[:, 1] == LEVEL)[0]), None)
+    wall = profile[wet] - SKIN * profile_normals[wet]  # into the glass
+    # up the wall, so that the faces point out of the liquid
+    outline = np.concatenate([wall[::-1], [(wall[0, 0], LEVEL + SKIN), (0, LEVEL + SKIN)]])
+    outline[[0, -1], 0] = 0.0  # exactly on the axis
+    body = shapes.revolve(outline, SEGMENTS)[:2]
+    stage.mesh("Liquid", *body, absorption.volume_material("In the liquid", filling), location=(0, 0, GAP))
 
 
 def straw_pose() -> tuple[NDArray, float]:

@@ -10,9 +10,8 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..cycles.material import interface_material
 from ..physics import Medium
-from . import shapes, surfaces, waves
+from . import liquids, shapes, surfaces, waves
 from .parameters import Parameters, choice, integer, liquid, number
 from .stage import Pose, Stage, staged
 
@@ -22,8 +21,6 @@ HALF = (4.0, 2.25)
 FLOOR = -1.75
 LEVEL = -0.15
 TILE = 0.25
-# The surface reaches this far into the walls, so that no gap shows.
-OVERLAP = 0.01
 GRID = 0.05
 WAVELENGTHS = (0.5, 2.5)
 
@@ -71,10 +68,8 @@ def build(parameters: PoolParameters, backend: str = "auto") -> bpy.types.Scene:
     _basin(stage)
     _ground(stage)
     if parameters.liquid is not None:
-        vertices, faces, normals = liquid_surface(parameters.waves, parameters.seed, parameters.time)
-        corners = normals[np.asarray(faces)].reshape(-1, 3) if parameters.waves else None
-        material = interface_material("Liquid", parameters.liquid, backend=stage.backend)
-        stage.mesh("Liquid", vertices, faces, material, normals=corners)
+        surface = liquid_surface(parameters.waves, parameters.seed, parameters.time)
+        liquids.fill(stage, parameters.liquid, surface, bool(parameters.waves), FLOOR)
     _ladder(stage, (1.25, HALF[1]))
     _parasol(stage, (2.5, 3.1))
     _tree(stage, (-2.0, 4.2))
@@ -95,7 +90,7 @@ def liquid_surface(height: float, seed: int, time: float = 0.0) -> tuple[NDArray
     time:   seconds; each wave travels on, its amplitude stays, so that height and mean of the sum vary a little
     Returns vertices (N, 3) in metres, quads facing up, and the exact unit normals (N, 3) of the sines at the vertices.
     """
-    edge = np.add(HALF, OVERLAP)
+    edge = np.add(HALF, liquids.OVERLAP)
     vertices, faces = shapes.grid(-edge, edge, GRID if height else 2 * edge.max())
     normals = np.zeros_like(vertices)
     if height:

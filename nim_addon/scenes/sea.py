@@ -10,9 +10,9 @@ import bpy
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..cycles.material import interface_material
+from ..cycles.absorption import absorbs
 from ..physics import Medium
-from . import shapes, surfaces, waves
+from . import liquids, shapes, surfaces, waves
 from .parameters import Parameters, choice, integer, liquid, number
 from .stage import Pose, Stage, staged
 
@@ -51,10 +51,10 @@ def build(parameters: SeaParameters, backend: str = "auto") -> bpy.types.Scene:
     faces = [face[::-1] for i, face in enumerate(faces) if i != 1]  # open above, seen from inside
     stage.mesh("Deep", vertices, faces, surfaces.plain("Deep", (0.010, 0.050, 0.085)))
     if parameters.liquid is not None:
-        vertices, faces, normals = liquid_surface(parameters.waves, parameters.seed, parameters.time)
-        corners = normals[np.asarray(faces)].reshape(-1, 3) if parameters.waves else None
-        material = interface_material("Liquid", parameters.liquid, backend=stage.backend)
-        stage.mesh("Liquid", vertices, faces, material, normals=corners)
+        # what absorbs has sides, which are not to lie in the walls
+        half = HALF + liquids.OVERLAP if absorbs(parameters.liquid) else HALF
+        surface = liquid_surface(parameters.waves, parameters.seed, parameters.time, half)
+        liquids.fill(stage, parameters.liquid, surface, bool(parameters.waves), -GROUND)
     # a veiled sun in a blue sky
     towards = np.array([0.45, 0.35, 0.82]) / math.hypot(0.45, 0.35, 0.82)
     glow = surfaces.Glow(towards.tolist(), (3.0, 2.8, 2.4), 14)
@@ -83,13 +83,19 @@ def swell(x: ArrayLike, y: ArrayLike, height: float, seed: int, time: float = 0.
     return z, normals / np.linalg.norm(normals, axis=-1, keepdims=True)
 
 
-def liquid_surface(height: float, seed: int, time: float = 0.0) -> tuple[NDArray, shapes.Faces, NDArray]:
-    """The surface as a mesh: vertices (N, 3) in metres, quads facing up, and the normals (N, 3) of swell() there."""
+def liquid_surface(
+    height: float, seed: int, time: float = 0.0, half: float = HALF
+) -> tuple[NDArray, shapes.Faces, NDArray]:
+    """The surface as a mesh: vertices (N, 3) in metres, quads facing up, and the normals (N, 3) of swell() there.
+
+    half: metres from its middle to its sides
+    """
     if height:
         beyond = np.geomspace(FINE, HALF, 25)[1:]
+        beyond[-1] = half
         line = np.concatenate([-beyond[::-1], np.linspace(-FINE, FINE, round(2 * FINE / STEP) + 1), beyond])
     else:
-        line = np.array([-HALF, HALF])
+        line = np.array([-half, half])
     x, y = np.meshgrid(line, line, indexing="ij")
     index = np.arange(x.size).reshape(x.shape)
     quads = np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], -1)

@@ -142,10 +142,10 @@ def grid(low: ArrayLike, high: ArrayLike, step: float) -> Shape:
     return np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], -1), quads.reshape(-1, 4).tolist()
 
 
-def closed_below(vertices: NDArray, faces: Faces, bottom: float) -> tuple[NDArray, Faces, NDArray]:
+def closed_below(vertices: NDArray, faces: Faces, bottom: float) -> Shape:
     """The solid between a sheet that faces up, with one convex rim and no holes, and the height `bottom` below all of it.
 
-    Returns vertices, faces and the vertices (R,) of the rim, which come first as they are in the sheet, in its order.
+    Returns vertices and faces, those of the sheet first.
     """
     edges = {(int(a), int(b)) for face in faces for a, b in zip(face, [*face[1:], face[0]], strict=True)}
     onwards = {a: b for a, b in edges if (b, a) not in edges}
@@ -160,7 +160,7 @@ def closed_below(vertices: NDArray, faces: Faces, bottom: float) -> tuple[NDArra
         low, next_low = first + i, first + (i + 1) % len(rim)
         sides.append((b, a, low, next_low))
         floor.append((next_low, low, last))
-    return np.vstack([vertices, below, middle]), [*faces, *sides, *floor], np.array(rim)
+    return np.vstack([vertices, below, middle]), [*faces, *sides, *floor]
 
 
 def joined(*pieces: Shape) -> tuple[NDArray, Faces, NDArray]:

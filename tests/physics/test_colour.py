@@ -141,3 +141,23 @@ def test_a_colour_is_a_spectrum_of_which_it_is_the_colour():
     spectra = colour.shares_of(nm) * colour.daylight(nm)[:, None]
     back = colour.xyz_to_srgb((spectra.T @ colour.colour_matching(nm)) / 2)
     np.testing.assert_allclose(back, np.eye(3), atol=3e-3)
+
+
+def test_channels_absorb_as_the_light_that_is_left():
+    nm, w = colour.weights()
+    np.testing.assert_allclose(colour.absorption_of_channels(np.full(len(nm), 20.0)), 20, rtol=1e-12)
+    # a little of a colour: what is left of each channel by its own mean, for ways that are short
+    for alpha in (20 + 0.002 * (nm - 550), 20 - 0.002 * (nm - 550)):
+        seen = w * alpha[:, None]
+        np.testing.assert_allclose(
+            colour.absorption_of_channels(alpha), ((seen[1:] + seen[:-1]) / 2).mean(axis=0), rtol=2e-3
+        )
+    # a medium that absorbs blue: what is left goes by its channels to 0.06, on ways up to that of 1/e
+    alpha = np.where(nm < 500, 30.0, 3.0)
+    found = colour.absorption_of_channels(alpha)
+    assert 3 * 0.8 < found[0] < found[1] < 12 < 30 < found[2] < 60
+    for way in (0.02, 0.05, 0.1, 0.2):
+        left = (w * np.exp(-alpha * way)[:, None]).mean(axis=0)
+        np.testing.assert_allclose(np.exp(-found * way), left, atol=0.06)
+    # lengths go with the unit
+    np.testing.assert_allclose(colour.absorption_of_channels(alpha / 1000), found / 1000, rtol=1e-6)

@@ -129,6 +129,8 @@ class Tracer:
                 "the scene has no diffuse surface of its own for light to land on (none that is instanced, linked or "
                 "overridden, in another scene too, or shown and hidden by keyframes); add a ground or a floor."
             )
+        if self.wavelengths and spectral.drifts(self.source):
+            spectral.let_drift(self.scene, self.scene.objects)
         self.target = lights.Target(np.concatenate(bent), np.concatenate(corners))
         self.camera = bpy.data.objects.new("NIM photons", bpy.data.cameras.new("NIM photons"))
         self.scene.collection.objects.link(self.camera)
@@ -189,8 +191,6 @@ class Tracer:
         copy.matrix_world = matrix
         give(copy, values, surface.original)
         self.scene.collection.objects.link(copy)
-        if self.wavelengths and spectral.drifts(self.source):
-            spectral.let_drift(copy)
         return copy, bends, _box(mesh, matrix)
 
     def _mark(self, mesh, matrix, lands, surface, values):

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
 
 import bpy
@@ -129,10 +129,10 @@ def set_up(scene: bpy.types.Scene, backend: str = "auto") -> Done:
         absorption.show_colours(material)
     if backend == "osl" or (weighed.sky and above == "osl"):
         _put(scene, "cycles.shading_system", True)
-    for obj in dict.fromkeys((*scene.objects, *meshes, *shining)):
+    drifting = list(dict.fromkeys((*meshes, *shining))) if backend == "nodes" else []
+    for obj in set(scene.objects).union(meshes, shining).difference(drifting):
         hold(obj)
-    for obj in (*meshes, *shining) if backend == "nodes" else ():
-        let_drift(obj)
+    let_drift(scene, drifting)
     scene[DONE] = list(map(int, weighed))
     return weighed
 
@@ -338,15 +338,24 @@ def hold(obj: bpy.types.Object) -> None:
         obj[HELD] = True
 
 
-def let_drift(obj: bpy.types.Object) -> None:
-    """Let an object drift by DRIFT metres upwards of its own while the shutter is open, so that nodes can tell the time."""
-    _release(obj)
-    obj[REST], obj[DRIFTS] = list(obj.matrix_world.translation), 1.0
-    up = mathutils.Vector((0, 0, 1))
-    if obj.parent:
-        up = (obj.parent.matrix_world @ obj.matrix_parent_inverse).to_3x3() @ up
-    rate = DRIFT / SHUTTER_TIME / (up.length or math.inf)
-    obj.driver_add("delta_location", 2).driver.expression = f"(frame - floor(frame)) * {rate:.9g}"
+def let_drift(scene: bpy.types.Scene, objects: Iterable[bpy.types.Object]) -> None:
+    """Let objects of a scene drift by DRIFT metres while the shutter is open, so that nodes can tell the time.
+
+    They stand DRIFT metres off where they did, for as long: Blender 5 does not see the drift of what begins it at 0.
+    """
+    objects = [obj for obj in objects if not is_at_rest(obj)]
+    for obj in objects:
+        _release(obj)
+        up = mathutils.Vector((0, 0, 1))
+        if obj.parent:
+            up = (obj.parent.matrix_world @ obj.matrix_parent_inverse).to_3x3() @ up
+        step = DRIFT / (up.length or math.inf)
+        driver = obj.driver_add("delta_location", 2).driver
+        driver.expression = f"(frame - floor(frame)) * {step / SHUTTER_TIME:.9g} + {step:.9g}"
+    if objects:
+        with as_rendered(scene) as depsgraph:
+            for obj in objects:
+                obj[REST], obj[DRIFTS] = list(obj.evaluated_get(depsgraph).matrix_world.translation), 1.0
 
 
 def is_at_rest(obj: bpy.types.Object) -> bool:

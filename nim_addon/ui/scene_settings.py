@@ -12,7 +12,7 @@ from ..scenes import SCENES
 from ..scenes import stage as stages
 from ..scenes.parameters import Parameters
 from . import preferences
-from .media import plain
+from .media import DISPERSIVE_TEXTS, plain
 from .translations import OWN
 
 # Blender files hold these numbers: they stay, and new names get new ones.
@@ -94,9 +94,18 @@ def _number_properties(field, fields):
     return own
 
 
+def _known_media(self, context, text):
+    """The names of media in which a text occurs, each with what a panel says of it."""
+    told = {name: words[0] for name, words in DISPERSIVE_TEXTS.items()} | {name: str(MEDIA[name]) for name in MEDIA}
+    return [(name, words) for name, words in told.items() if text.lower() in f"{name} {words}".lower()]
+
+
 def _words_property(default=""):
     return StringProperty(
         name="Medium",
+        translation_context=OWN,
+        search=_known_media,
+        search_options={"SUGGESTION"},
         default=default,
         description="Any medium, as --set takes it: n-bk7, n=-1.33,length=0.05, or the path of a .yml file of "
         "refractiveindex.info",
@@ -106,7 +115,14 @@ def _words_property(default=""):
 
 def _index_properties(field, fields):
     name, items = field.name, [(word, INDEX_LABELS[word], "", "NONE", number) for word, number in INDEX_NUMBERS.items()]
-    kind = EnumProperty(name="Medium", description="What it is made of", items=items, default="number", update=_changed)
+    kind = EnumProperty(
+        name="Medium",
+        description="What it is made of",
+        items=items,
+        default="number",
+        translation_context=OWN,
+        update=_changed,
+    )
     return {f"{name}_medium": kind, **_number_properties(field, fields), f"{name}_words": _words_property()}
 
 

@@ -154,11 +154,19 @@ def _draw_automatic(layout, group, name, label):
     value.prop(group, name, text="")
 
 
+def _draw_words(layout, group, name):
+    """A medium as a person writes it, below the menu that says so."""
+    layout.row(heading=" ").prop(group, f"{name}_words", text="")
+
+
 def _draw_field(layout, group, field):
     kind, name = field.metadata["kind"], field.name
     if kind == "index":
         layout.prop(group, f"{name}_medium")
-        layout.prop(group, f"{name}_words" if getattr(group, f"{name}_medium") == "words" else name)
+        if getattr(group, f"{name}_medium") == "words":
+            _draw_words(layout, group, name)
+        else:
+            layout.prop(group, name)
     elif kind == "number" and field.default is None:
         _draw_automatic(layout, group, name, label_of(field))
     elif name == "view":
@@ -172,7 +180,7 @@ def _draw_field(layout, group, field):
         if hasattr(group, f"use_{name}_mu"):
             _draw_automatic(layout, group, f"{name}_mu", "Permeability")
     elif kind == "liquid" and getattr(group, name) == "words":
-        layout.prop(group, f"{name}_words")
+        _draw_words(layout, group, name)
     elif kind == "mesh" and getattr(group, name) == "file":
         layout.prop(group, f"{name}_file")
 
@@ -188,7 +196,8 @@ class NIM_PT_scenes(Sidebar, bpy.types.Panel):
         layout = self.layout
         settings = context.scene.nim_scenes
         scene_type = SCENES[settings.scene]
-        layout.row().prop(settings, "scene", expand=True)
+        # not all in one row, in which their names would be cut
+        layout.grid_flow(columns=3, row_major=True, even_columns=True, align=True).prop(settings, "scene", expand=True)
 
         row = layout.row(align=True)
         menu = MENUS[scene_type.name]

@@ -9,6 +9,7 @@ from bpy.app.translations import pgettext_iface, pgettext_rpt
 from bpy.props import StringProperty
 
 from ..figures.recipes import Figure, Recipe
+from ..renders.request import Request
 from ..scenes import SCENES
 from .scene_settings import GROUPS, take
 from .translations import OWN
@@ -46,8 +47,10 @@ class NIM_OT_load_figure(bpy.types.Operator):
         for figure, recipes in recipes_of(self.scene):
             for recipe in recipes:
                 if (figure.number, recipe.name) == (self.figure, self.recipe):
-                    parameters = SCENES[self.scene].parameters.read(recipe.settings)
-                    take(getattr(context.scene.nim_scenes, self.scene), parameters)
+                    request = Request.of(self.scene, recipe.settings)
+                    settings = context.scene.nim_scenes
+                    take(getattr(settings, self.scene), request.parameters)
+                    settings.spectral = request.spectral
                     MENUS[self.scene].bl_label = _named(figure, recipe.caption)
                     return {"FINISHED"}
         name = f"{self.figure} {self.recipe}"

@@ -43,7 +43,7 @@ QUALITIES = {"DEFAULT": (None, 100), "DRAFT": (32, 50), "GOOD": (256, 100), "FIN
 
 INDEX_LABELS = {"number": "Own Index", "words": "Own Medium"}
 LABELS = {"n": "Index", "mu": "Permeability"}
-# Where a number that is chosen from the others starts as a person takes it over: at a NIM's permeability.
+# Where a number that is chosen from the others, which leave it open, starts as a person takes it over: at a NIM's permeability.
 FIRST = -1.0
 
 
@@ -63,7 +63,12 @@ def _description(field):
 
 
 def _texts(field):
-    return {"name": label_of(field), "description": _description(field), "update": _changed}
+    return {
+        "name": label_of(field),
+        "description": _description(field),
+        "translation_context": OWN,
+        "update": _changed,
+    }
 
 
 def _float(name, description, low, high, default, unit=""):
@@ -85,9 +90,9 @@ def _switch_of_own(label, description):
     return BoolProperty(name=f"Own {label}", description=description, default=False, update=_changed)
 
 
-def _number_properties(field, fields):
+def _number_properties(field, fields, chosen):
     data, name = field.metadata, field.name
-    start = FIRST if field.default is None else field.default
+    start = FIRST if getattr(chosen, name) is None else getattr(chosen, name)
     own = {name: _float(label_of(field), _description(field), data["low"], data["high"], start, data["unit"])}
     if field.default is None:
         own[f"use_{name}"] = _switch_of_own(label_of(field), "Set it here, rather than leave it to the rest")
@@ -113,7 +118,7 @@ def _words_property(default=""):
     )
 
 
-def _index_properties(field, fields):
+def _index_properties(field, fields, chosen):
     name, items = field.name, [(word, INDEX_LABELS[word], "", "NONE", number) for word, number in INDEX_NUMBERS.items()]
     kind = EnumProperty(
         name="Medium",
@@ -123,19 +128,19 @@ def _index_properties(field, fields):
         translation_context=OWN,
         update=_changed,
     )
-    return {f"{name}_medium": kind, **_number_properties(field, fields), f"{name}_words": _words_property()}
+    return {f"{name}_medium": kind, **_number_properties(field, fields, chosen), f"{name}_words": _words_property()}
 
 
-def _integer_properties(field, fields):
+def _integer_properties(field, fields, chosen):
     low, high = field.metadata["low"], field.metadata["high"]
     return {field.name: IntProperty(default=field.default, min=low, max=high, **_texts(field))}
 
 
-def _switch_properties(field, fields):
+def _switch_properties(field, fields, chosen):
     return {field.name: BoolProperty(default=field.default, **_texts(field))}
 
 
-def _liquid_properties(field, fields):
+def _liquid_properties(field, fields, chosen):
     name = field.name
     items = [(word, _liquid_label(word), "", "NONE", number) for word, number in LIQUID_NUMBERS.items()]
     own = {name: EnumProperty(items=items, default=LIQUIDS.get(field.default, "words"), **_texts(field))}
@@ -161,20 +166,21 @@ def _choices(field):
     return [(word, word.title(), "", "NONE", number) for number, word in enumerate(field.metadata["choices"])]
 
 
-def _choice_properties(field, fields):
+def _choice_properties(field, fields, chosen):
     texts = _texts(field)
     if field.name == "view":
         texts["update"] = _view_changed
     return {field.name: EnumProperty(items=_choices(field), default=field.default, **texts)}
 
 
-def _mesh_properties(field, fields):
+def _mesh_properties(field, fields, chosen):
     items = [*_choices(field), ("file", "File", "", "NONE", FILE_NUMBER)]
     file = StringProperty(name="File", description="A PLY, OBJ or STL file", subtype="FILE_PATH", update=_changed)
     return {field.name: EnumProperty(items=items, default=field.default, **_texts(field)), f"{field.name}_file": file}
 
 
-# By the kind of a field of Parameters: the properties that hold it, and whatever its value may need.
+# By the kind of a field of Parameters: the properties that hold it, and whatever its value may need. Each is given the
+# field, all of them by name, and the Parameters that are chosen where nothing is set.
 _PROPERTIES = {
     "number": _number_properties,
     "index": _index_properties,
@@ -189,9 +195,9 @@ _PROPERTIES = {
 def _group(scene_type):
     """The type of a property group that holds what the dataclass of a SceneType does."""
     fields = {field.name: field for field in dataclasses.fields(scene_type.parameters)}
-    properties = {}
+    properties, chosen = {}, scene_type.parameters()
     for field in fields.values():
-        properties |= _PROPERTIES[field.metadata["kind"]](field, fields)
+        properties |= _PROPERTIES[field.metadata["kind"]](field, fields, chosen)
     return type(
         f"NIM_PG_{scene_type.name}",
         (bpy.types.PropertyGroup,),

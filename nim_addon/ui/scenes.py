@@ -156,7 +156,7 @@ def _draw_automatic(layout, group, name, label):
 
 def _draw_words(layout, group, name):
     """A medium as a person writes it, below the menu that says so."""
-    layout.row(heading=" ").prop(group, f"{name}_words", text="")
+    layout.prop(group, f"{name}_words", text=" ")  # beside which the menu's label stands already
 
 
 def _draw_field(layout, group, field):

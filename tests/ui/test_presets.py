@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The menu of presets: the pictures of the figures set a scene as they were rendered; a person's own are Blender's."""
 
+import dataclasses
 import types
 
 import bpy
 import pytest
 
 from nim_addon.figures.registry import FIGURES
+from nim_addon.renders.request import Request
 from nim_addon.scenes import SCENES
 from nim_addon.ui import presets, scene_settings
 
@@ -67,7 +69,8 @@ def test_a_picture_sets_all_as_it_was_rendered(settings, press, name, figure, re
     spoil(getattr(settings, name))
     assert press("nim.load_figure", scene=name, figure=figure.number, recipe=recipe.name) == {"FINISHED"}
     assert settings.problem == ""
-    assert scene_settings.parameters_of(settings) == SCENES[name].parameters.read(recipe.settings)
+    request = Request.of(name, recipe.settings)
+    assert (scene_settings.parameters_of(settings), settings.spectral) == (request.parameters, request.spectral)
     assert presets.MENUS[name].bl_label == f"Figure {figure.number}: {recipe.caption}"
 
 
@@ -177,3 +180,15 @@ def test_a_preset_of_an_earlier_version_loads(settings, press, tmp_path):
     expected = SCENES["pool"].parameters(liquid="nim", mu=-10, view="window", sky="sunny", waves=0.04)
     assert scene_settings.parameters_of(settings) == expected
     assert presets.MENUS["pool"].bl_label == "Figure 5.10 NIM mu -10"
+
+
+def test_a_picture_in_all_wavelengths_sets_that_too(settings, press, monkeypatch):
+    name, figure, recipe = OFFERED[0]
+    spectral = dataclasses.replace(recipe, settings=(*recipe.settings, "spectral=yes"))
+    monkeypatch.setattr(presets, "recipes_of", lambda scene: [(figure, [spectral])])
+    settings.scene = name
+    press("nim.load_figure", scene=name, figure=figure.number, recipe=recipe.name)
+    assert settings.spectral
+    monkeypatch.setattr(presets, "recipes_of", lambda scene: [(figure, [recipe])])
+    press("nim.load_figure", scene=name, figure=figure.number, recipe=recipe.name)
+    assert not settings.spectral

@@ -218,7 +218,7 @@ def write_linear(file: Path, pixels: NDArray) -> None:
 
     height, width, channels = pixels.shape
     image = oiio.ImageBuf(oiio.ImageSpec(width, height, channels, oiio.FLOAT))
-    image.set_pixels(image.roi, pixels.astype(np.float32))
+    image.set_pixels(image.roi, np.ascontiguousarray(pixels, np.float32))  # else OpenImageIO leaves it black
     if not image.write(images.named(file)):
         raise images.cut_off(file)
 

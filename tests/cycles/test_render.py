@@ -45,6 +45,15 @@ def test_writes_linear_exr_and_display_png_with_metadata(scene, tmp_path):
     assert not bpy.app.handlers.render_stats
 
 
+def test_pixels_that_lie_apart_in_memory_are_written_too(tmp_path):
+    # such as channels out of the layers of an EXR; OpenImageIO says nothing, and writes black
+    apart = np.random.default_rng(0).random((4, 5, 7))[..., [5, 1, 3]]
+    apart = np.moveaxis(np.moveaxis(apart, -1, 0).copy(), 0, -1)
+    assert not apart.flags.c_contiguous
+    render.write_linear(tmp_path / "apart.exr", apart)
+    np.testing.assert_allclose(oiio.ImageBuf(str(tmp_path / "apart.exr")).get_pixels(oiio.FLOAT), apart, rtol=1e-6)
+
+
 def test_blend_is_saved_on_request(scene, tmp_path):
     render.render(scene, tmp_path, "one", blend=True)
     assert (tmp_path / "one.blend").stat().st_size > 1000

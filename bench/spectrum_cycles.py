@@ -21,7 +21,7 @@ from reference_scene import render
 from spectrum_scenes import CHECKS, GROUND, HORIZON, NEUTRAL_NM, OTHERS, SPHERE, ZENITH, camera, medium_of, prism
 
 from nim_addon.base.streams import quiet
-from nim_addon.cycles import spectral
+from nim_addon.cycles import settings, spectral
 from nim_addon.cycles.material import interface_material
 from nim_addon.physics import VISIBLE_NM
 from nim_addon.physics.colour import Wavelengths, weights_of
@@ -56,7 +56,12 @@ def build(kind, medium, options, disperses=True):
 
 
 def _ball(stage, made, lit):
-    opaque = surfaces.diffuse if lit else surfaces.shining
+    def opaque(name, paint):
+        if lit:
+            return surfaces.diffuse(name, paint)
+        material = surfaces.shining(name, paint)
+        material.cycles.emission_sampling = "NONE"  # nothing scatters, so that a tree of their triangles is of no use
+        return material
 
     def checks(nodes):
         xyz = nodes.add("ShaderNodeSeparateXYZ", inputs={0: nodes.add("ShaderNodeTexCoord").outputs["Object"]})
@@ -82,7 +87,7 @@ def _prism(stage, own, made):
 
 class Way:
     """A way to render a scene, of so many samples a pixel in all; a call with a seed gives pixels, and seconds on the
-    clock and on the processors. What one sample of each of its renders takes is set-up, and no part of them."""
+    clock and on the processors. What one sample takes is set-up, and no part of them."""
 
     renders = 1
 
@@ -92,27 +97,23 @@ class Way:
         self.set_up = []  # seconds of renders of one sample, clock and processors, of all calls
 
     def passes(self):
-        """What is rendered, in turn: yields the weight (3,) of the render that follows in the picture."""
-        self.subset(0)
-        yield np.ones(3)
+        """What is rendered, in turn: yields the first of its samples, and its weight (3,) in the picture."""
+        yield 0, np.ones(3)
 
     def __call__(self, seed):
         pixels, seconds = np.zeros((self.size, self.size, 3)), np.zeros(2)
-        for weight in self.passes():
-            self.set_up.append(self._render(seed, 1)[1:])
-            part, *spent = self._render(seed, self.samples // self.renders)
+        for first, weight in self.passes():
+            self._render(seed, first, 1)  # compiles
+            part, *spent = self._render(seed, first, self.samples // self.renders)
             pixels += part * weight / self.renders
             seconds += spent
+        self.set_up.append(self._render(seed, 0, 1)[1:])
         seconds -= self.renders * np.median(self.set_up, axis=0)
         return pixels, *(seconds * self.samples / (self.samples - self.renders)).tolist()
 
-    def _render(self, seed, samples):
-        self.scene.cycles.sample_subset_length = samples
+    def _render(self, seed, first, count):
+        settings.sample_range(self.scene, first, count, self.samples)
         return render(self.scene, self.samples, seed)
-
-    def subset(self, start):
-        """Render samples of the whole sequence from one on; how many is for _render() to say."""
-        self.scene.cycles.use_sample_subset, self.scene.cycles.sample_offset = True, start
 
 
 class Single(Way):
@@ -139,8 +140,7 @@ class Strata(Single):
     def passes(self):
         for number in range(self.renders):
             spectral.set_stratum(number, self.renders)
-            self.subset(number * self.samples // self.renders)
-            yield np.ones(3)
+            yield number * self.samples // self.renders, np.ones(3)
 
 
 class Stack(Way):
@@ -153,10 +153,9 @@ class Stack(Way):
         self.wavelengths = least + (np.arange(renders) + 0.5) * (most - least) / renders
 
     def passes(self):
-        self.subset(0)
         for nanometres, weight in zip(self.wavelengths, weights_of(self.wavelengths), strict=True):
             spectral.set_neutral(float(nanometres))
-            yield weight
+            yield 0, weight
 
 
 WAYS = {

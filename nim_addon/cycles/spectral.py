@@ -45,6 +45,8 @@ __all__ = [
 MARK = "nim_spectral"  # of a scene: what its settings were; of nodes: that they are ours
 DONE = "nim_spectral_done"  # of a scene: the numbers of Done
 HELD = "nim_spectral_held"  # of an object: it had motion blur, and has none as long as its scene is spectral
+DIM = "nim_spectral_dim"  # of a material: whether its triangles are lamps was for Cycles to choose
+LAMP = 0.5  # of light, from which on Cycles makes lamps of triangles (Shader::estimate_emission)
 SHUTTER_TIME = (
     0.01  # of a frame: as little as Blender takes, since whatever moves is seen in another place by each colour
 )
@@ -233,9 +235,26 @@ def _weigh(owner: Owner, backend: str) -> bool:
             return False  # plain ones do not shine
         _use_nodes(owner)
     colours = _colours(owner)
+    if isinstance(owner, bpy.types.Material) and owner.cycles.emission_sampling == "AUTO" and _is_dim(colours):
+        owner[DIM], owner.cycles.emission_sampling = True, "NONE"
     for node, colour in colours:
         _weigh_socket(node.id_data, node, colour, backend)
     return bool(colours)
+
+
+def _is_dim(colours) -> bool:
+    """Whether a material shines so little that Cycles, if it knows how much, makes no lamps of its triangles.
+
+    It cannot know once a weight is linked, and a ball of 100,000 triangles is a second of making a tree of lamps.
+    """
+    strengths = [node.inputs[EMITTERS[node.type][1]] for node, _ in colours]
+    if not colours or any(socket.is_linked for socket in (*strengths, *(colour for _, colour in colours))):
+        return False
+    brightest = (
+        max(colour.default_value[:3]) * strength.default_value
+        for (_, colour), strength in zip(colours, strengths, strict=True)
+    )
+    return sum(brightest) <= LAMP
 
 
 def unweighted(owner: Owner) -> bool:
@@ -296,6 +315,9 @@ def _mix_sockets(mix):
 def _unweigh(owner):
     if owner.node_tree is None:
         return
+    if DIM in owner:
+        owner.cycles.emission_sampling = "AUTO"
+        del owner[DIM]
     trees, seen = [owner.node_tree], set()
     while trees:
         tree = trees.pop()

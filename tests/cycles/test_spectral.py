@@ -86,6 +86,19 @@ def test_the_same_button_undoes_all(stage, backend):
     assert tuple(emission.inputs["Color"].default_value) == pytest.approx((0.3, 0.4, 0.5, 1))  # what was set meanwhile
 
 
+@pytest.mark.parametrize("light, method", [(0.4, "NONE"), (0.6, "AUTO")])
+def test_what_is_too_dim_for_a_lamp_becomes_none(stage, light, method):
+    """Of a colour that is linked Cycles does not know how bright it is, and takes it for a lamp."""
+    _, emission = glowing(stage, "Light", colour=(light / 2, 0.1, 0))
+    emission.inputs["Strength"].default_value = 2
+    material = bpy.data.materials["Light"]
+    for _ in range(2):
+        spectral.set_up(stage.scene, "osl")
+        assert material.cycles.emission_sampling == method
+    spectral.undo(stage.scene)
+    assert material.cycles.emission_sampling == "AUTO" and spectral.DIM not in material
+
+
 def test_what_moves_stands_still_for_all_colours(stage, render):
     """Its edge is where it is in the middle of the shutter's time; blurred, each colour has another."""
     obj, _ = glowing(stage, "Light", (1.2, 2, 0.5))

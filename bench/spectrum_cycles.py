@@ -56,12 +56,7 @@ def build(kind, medium, options, disperses=True):
 
 
 def _ball(stage, made, lit):
-    def opaque(name, paint):
-        if lit:
-            return surfaces.diffuse(name, paint)
-        material = surfaces.shining(name, paint)
-        material.cycles.emission_sampling = "NONE"  # nothing scatters, so that a tree of their triangles is of no use
-        return material
+    opaque = surfaces.diffuse if lit else surfaces.shining
 
     def checks(nodes):
         xyz = nodes.add("ShaderNodeSeparateXYZ", inputs={0: nodes.add("ShaderNodeTexCoord").outputs["Object"]})

@@ -20,6 +20,7 @@ from ..cycles.animation import curves_of
 from ..cycles.casting import Faces
 from ..cycles.closures import SHUTTER
 from ..cycles.closures.backends import osl_available
+from ..cycles.dispersive import is_medium_node
 from ..cycles.nodes import Nodes, empty_tree
 from ..cycles.object_values import give, values_of
 from ..cycles.render import pixels_of
@@ -129,6 +130,9 @@ class Tracer:
                 "the scene has no diffuse surface of its own for light to land on (none that is instanced, linked or "
                 "overridden, in another scene too, or shown and hidden by keyframes); add a ground or a floor."
             )
+        if any(is_medium_node(node) for tree in self.bending.trees for node in tree.nodes):
+            # a medium that disperses asks OSL for the wavelength, the neutral one too
+            self.scene.cycles.shading_system = osl_available()
         if self.wavelengths and spectral.drifts(self.source):
             spectral.let_drift(self.scene, self.scene.objects)
         self.target = lights.Target(np.concatenate(bent), np.concatenate(corners))

@@ -25,6 +25,8 @@ class Recipe:
     change:   None, or a function of the built bpy.types.Scene that changes it; its code is part of the image's record
     pose:     None, or a scenes.stage.Pose in place of the scene's own
     photons:  how many photons bring the caustics, at draft and at final quality; None: they are found by chance
+    spectral: whether all wavelengths are in it
+    wavelength: the only one that is, nanometres; None: media as at 550 nm, or all where it is spectral
     seeds:    how many renders of different noise
     shown:    whether it is a part of the sheet, or only measured
     caption:  one line on it
@@ -38,6 +40,8 @@ class Recipe:
     change: Callable | None = None
     pose: tuple | None = None
     photons: tuple | None = None
+    spectral: bool = False
+    wavelength: float | None = None
     seeds: int = 1
     shown: bool = True
     caption: str = ""

@@ -173,6 +173,8 @@ def request_of(recipe: Recipe, quality: str = "draft", *, backend: str = "auto")
         denoise=denoise,
         keep_noise=denoise,  # in the EXR, which is measured; only the PNG goes without
         caustics="traced" if recipe.photons else "path",
+        spectral=recipe.spectral,
+        wavelength=recipe.wavelength,
         pose=recipe.pose,
         change=recipe.change and changes.name_of(recipe.change),
         code=changes.code_mark(changed=bool(recipe.change)),

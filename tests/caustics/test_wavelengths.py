@@ -47,9 +47,10 @@ def test_each_photon_lands_where_its_own_wavelength_takes_it(empty_file, backend
     assert (np.abs(total - T) < 4 * noise + 0.01).all(), (total, T, noise)
 
 
-def test_without_a_spectral_scene_all_have_the_neutral_wavelength(empty_file):
+@BACKENDS
+def test_without_a_spectral_scene_all_have_the_neutral_wavelength(empty_file, backend):
     medium = Medium.parse("nim-mirror")
-    stage = over_floor(interface_material("Surface", medium, backend="nodes"), sheet(HALF))
+    stage = over_floor(interface_material("Surface", medium, backend=backend), sheet(HALF))
     _, landed = landed_of(stage.scene, SUN, 1 << 10, 1)
     sine = np.sqrt(0.5) / -1.33
     assert np.abs(landed.place[:, 0] - sine / np.sqrt(1 - sine**2)).max() < HALF + 1e-5

@@ -13,7 +13,7 @@ import bpy
 from numpy.typing import ArrayLike
 
 from ..cycles.closures import INTERFACE, closure_of_node
-from ..cycles.material import interface_of
+from ..cycles.material import interface_of, is_rough
 from ..cycles.nodes import Nodes, empty_tree
 from ..cycles.object_values import attributes_of, carry
 from ..cycles.visibility import asked, has_nodes, is_interface, value_of
@@ -294,6 +294,11 @@ def check(material: bpy.types.Material | None, name: str) -> None:
         raise ValueError(
             f"{whose} lets light through in part or roughly, and caustics are traced through smooth and clear glass only; set "
             "its Transmission to 1 or 0, Alpha to 1, and Roughness, Metallic, Coat and Sheen to 0, or hide it from renders."
+        )
+    if any(is_interface(node) and is_rough(node, path) for node, path in asked(material)):
+        raise ValueError(
+            f"{whose} is rough, so that Cycles finds lamps in it by itself, and a bake would count that light twice; set its "
+            f"Roughness to 0, or hide {name} from renders."
         )
     if not bends(material) and not is_volume(material):
         return

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..physics import Interface
 from ..physics.rays import Hit
 from . import meshes
-from .material import asked_interfaces, interface_of
+from .material import asked_interfaces, interface_of, is_rough
 from .visibility import Shown
 
 # Rays times meshes whose bounds are compared at once.
@@ -74,7 +74,8 @@ class Meshes:
     """The meshes of visibility.shown(), as physics.rays.trace() takes surfaces; valid as long as their depsgraph.
 
     Faces with an interface node bend rays, all others stop them. `unknown` names the materials whose media a link
-    decides: what it gives is not known here, so rays stop there as well. `bounds` maps each object (its original) to
+    decides: what it gives is not known here, so rays stop there as well. `rough` names those with a rough surface, where
+    rays go as by a smooth one, in the middle of what is scattered. `bounds` maps each object (its original) to
     the two corners of its interfaces, and is empty where there is none; `low` and `high` are those of all, `size` the
     distance between them. `gap` is more than the rounding of a hit, for trace(): Blender's trees find the face, in single
     precision, and where a ray meets it is worked out again in double.
@@ -84,7 +85,8 @@ class Meshes:
     """
 
     def __init__(self, surfaces: Iterable[Shown], depsgraph: bpy.types.Depsgraph):
-        self.interfaces, self.unknown, self.bounds = [], set(), {}
+        self.interfaces, self.bounds = [], {}
+        self.unknown, self.rough = set(), set()
         self._bodies, boxes, known_meshes, known_materials = [], [], {}, {}
         far = 0.0
         for surface in surfaces:
@@ -126,6 +128,8 @@ class Meshes:
         if interface is None:
             self.unknown.add(material.name)
             return -1
+        if is_rough(*found[0]):
+            self.rough.add(material.name)
         if interface not in self.interfaces:
             self.interfaces.append(interface)
         return self.interfaces.index(interface)

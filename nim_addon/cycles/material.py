@@ -28,6 +28,7 @@ __all__ = [
     "interface_node",
     "interface_nodes",
     "interface_of",
+    "is_rough",
     "medium_of",
     "number_of",
     "osl_available",
@@ -48,6 +49,7 @@ def interface_material(
     backend: str = "auto",
     tint: Sequence[float] = (1.0, 1.0, 1.0),
     volume: bool = False,
+    roughness: float = 0.0,
 ) -> bpy.types.Material:
     """A material for the interface between two media.
 
@@ -59,12 +61,15 @@ def interface_material(
     volume:          whether what the inside absorbs is a volume of the material, for bodies in which something else
                      stands: constant along a path (cycles.absorption). Otherwise the interface takes it from light
                      that comes to it on a straight way from face to face, which is right for solid bodies
+    roughness:       of the surface, from 0, smooth, to 1, as in Blender's Glass
     The material renders without this add-on, and its node "NIM Interface" holds the parameters.
     Raises TypeError for what is no Medium, ValueError for one that is not known over the visible wavelengths, for such a
-    tint or an unknown backend, RuntimeError for "osl" in a Blender without OSL; nothing is made then.
+    tint or roughness or an unknown backend, RuntimeError for "osl" in a Blender without OSL; nothing is made then.
     """
     _check_media(inside, outside)
     tint = _checked_tint(tint)
+    if not 0 <= roughness <= 1:
+        raise ValueError(f"roughness = {roughness!r} is out of range; give a number from 0, smooth, to 1.")
     INTERFACE.group(backend)  # raises, if it must, before there is a material
     material = bpy.data.materials.new(name)
     tree = empty_tree(material)
@@ -73,6 +78,7 @@ def interface_material(
     output.location = (300, 0)
     tree.links.new(node.outputs["BSDF"], output.inputs["Surface"])
     node.inputs["Tint"].default_value = (*tint, 1.0)
+    node.inputs["Roughness"].default_value = roughness
     if volume and absorption.absorbs(inside):
         absorb_by_volume(node, output)
     # how solid view shows it: NIMs warm, dielectrics cool
@@ -237,6 +243,16 @@ def absorbs(node: bpy.types.Node, side: str, path: tuple = ()) -> float:
         return float((4e9 * math.pi * dispersed.spectrum(nm)[0].imag / nm).max())
     alpha = number_of(socket, path)
     return math.inf if alpha is None else alpha
+
+
+def is_rough(node: bpy.types.Node, path: tuple = ()) -> bool:
+    """Whether the surface of an interface node is rough, or may be, since a node other than a Value decides that.
+
+    path: as for interface_of(). A node of a group of an earlier version is smooth.
+    """
+    socket = node.inputs.get("Roughness")
+    roughness = number_of(socket, path) if socket else 0.0
+    return roughness is None or roughness > 0
 
 
 def number_of(socket: bpy.types.NodeSocket, path: tuple = ()) -> float | None:

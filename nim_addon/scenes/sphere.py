@@ -46,6 +46,7 @@ class SphereParameters(Parameters):
 
     n: float | Medium = index(-1.5, "refractive index of the sphere, or any medium", -10.0, 10.0)
     mu: float | None = number(None, "relative permeability of the sphere; the sign of n if left out", -100.0, 100.0)
+    roughness: float = number(0.0, "roughness of its surface, as in Blender's Glass; 0 is smooth", 0.0, 1.0)
     companions: bool = switch(False, "an opaque red sphere behind, a blue one in front")
 
     sun_angle: float = number(16.0, "width of the sun; its light stays the same", 0.25, 30.0, "degrees")
@@ -76,7 +77,8 @@ def build(parameters: SphereParameters, backend: str = "auto") -> bpy.types.Scen
         surfaces.checker("Ground", LIGHT, DARK, TILE),
         location=(*JOINT, 0),
     )
-    ball(stage, "Sphere", CENTER, RADIUS, interface_material("Sphere", parameters.medium, backend=stage.backend))
+    material = interface_material("Sphere", parameters.medium, backend=stage.backend, roughness=parameters.roughness)
+    ball(stage, "Sphere", CENTER, RADIUS, material)
     for companion in COMPANIONS if parameters.companions else ():
         material = surfaces.plain(companion.name, companion.color)
         ball(stage, companion.name, companion.center, companion.radius, material)

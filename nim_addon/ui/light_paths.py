@@ -162,6 +162,10 @@ def _warning(surfaces, drawn, bounces):
         return pgettext_rpt(
             "Branches with {share:.0f} % of the light have less than the Least Energy; lower it to follow them on"
         ).format(share=100 * lost / total)
+    if surfaces.rough:
+        return pgettext_rpt(
+            "{materials} is rough: rays are drawn as if it were smooth, where most of the light goes"
+        ).format(materials=", ".join(sorted(surfaces.rough)))
     return None
 
 

@@ -26,7 +26,7 @@ from nim_addon.scenes.stage import Stage
 ROOT = Path(__file__).parents[2]
 # What each backend's group held when its closure's version was last raised, by the closure's shader.
 FINGERPRINTS = {
-    "nim_interface": {"osl": "e7d27f77d26cdfa3", "nodes": "973e6421d5d995e7"},
+    "nim_interface": {"osl": "0b8dcb6184b816be", "nodes": "9bc4945530430932"},
     "nim_shutter": {"osl": "6a685c889f452bd9", "nodes": "a9e68e22ad0e4aa6"},
 }
 

@@ -23,6 +23,8 @@ MATH = {
     "sqrt": "SQRT",
     "exp": "EXPONENT",
     "sign": "SIGN",
+    "sin": "SINE",
+    "cos": "COSINE",
     "min": "MINIMUM",
     "max": "MAXIMUM",
     "equal": "COMPARE",
@@ -155,6 +157,16 @@ def sign(value: Value) -> Value:
     return _calculated("sign", value)
 
 
+def sin(value: Value) -> Value:
+    """The sine of an angle in radians."""
+    return _calculated("sin", value)
+
+
+def cos(value: Value) -> Value:
+    """The cosine of an angle in radians."""
+    return _calculated("cos", value)
+
+
 def minimum(a: Value, b: Operand) -> Value:
     """The smaller of two numbers."""
     return _calculated("min", a, b)
@@ -188,7 +200,7 @@ def normalize(vector: Value) -> Value:
 Number = TypeVar("Number", Value, "Complex")
 
 
-def choose(share: Value, yes: Number, no: Number) -> Number:
+def choose(share: Value, yes: Number, no: Number | float) -> Number:
     """`yes` where `share` is 1, `no` where it is 0; between, share * yes + (1 - share) * no."""
     if isinstance(yes, Complex):
         return Complex(choose(share, yes.re, no.re), choose(share, yes.im, no.im))

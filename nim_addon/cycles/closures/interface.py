@@ -7,12 +7,30 @@ works out once, before it renders, as long as nothing is linked to them; and whe
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import bpy
 
 from .closure import Closure, Socket
-from .formulas import Complex, Sheet, Value, choose, dot, equal, exp, length, maximum, minimum, normalize, sqrt
+from .formulas import (
+    Complex,
+    Frame,
+    Sheet,
+    Value,
+    choose,
+    cos,
+    dot,
+    equal,
+    exp,
+    length,
+    maximum,
+    minimum,
+    normalize,
+    sin,
+    sqrt,
+)
 
 
 class Optics(NamedTuple):
@@ -125,7 +143,8 @@ SOCKETS = (
         0.0,
         0.0,
         1.0,
-        "Roughness of the surface, as in Blender's Glass; 0 is smooth",
+        "Roughness of the surface, as in Blender's Glass; 0 is smooth, and at 0.5 up to 20 % of the light is lost between "
+        "facets",
         **LATER,
     ),
     Socket(
@@ -173,9 +192,11 @@ def _twin(sheet: Sheet) -> Optics:
     # dot(2 * cos_bent * bent - I, Ng) > GLIDE, halved, with cos_bent > 0
     valid = maximum(cos_bent, 0) * tilt > 0.5 * cos_true + GLIDE / 2
     n = choose(valid, bent, Ng)
-    cos_i = choose(valid, cos_bent, cos_true)
+    cos_view = choose(valid, cos_bent, cos_true)
+    rough = _rough(sheet, normal, geometry, n, cos_view)
+    m, cos_i = rough.m, rough.cos_i
 
-    snell = sheet.frame("Snell: cos_t^2 = 1 - q^2 sin_i^2", after=normal, top=-180)
+    snell = sheet.frame("Snell: cos_t^2 = 1 - q^2 sin_i^2", after=rough.frame, top=-180)
     # in the form that is exact in single precision where |n_i| = |n_t|
     cos2_t = (1 - q * q) + q * q * (cos_i * cos_i)
     # the root of a negative number is 0 here, and then R = 1: total reflection needs no branch
@@ -188,8 +209,8 @@ def _twin(sheet: Sheet) -> Optics:
     R_clear = 0.5 * (r_s * r_s + r_p * r_p)
     R = choose(lossy.loses, lossy.R, R_clear)
 
-    ray = sheet.frame("Transmitted ray: d = (q cos_i - cos_t) n - q I", after=snell, top=-360)
-    d = (q * cos_i - cos_t) * n - q * I
+    ray = sheet.frame("Transmitted ray: d = (q cos_i - cos_t) m - q I", after=snell, top=-360)
+    d = (q * cos_i - cos_t) * m - q * I
     height = dot(d, Ng)
     # a ray that a bent normal would send back glides along the surface, just inside
     excess = maximum(height, -GLIDE) + GLIDE
@@ -202,27 +223,47 @@ def _twin(sheet: Sheet) -> Optics:
     # a refraction closure would drop a ray that a bent normal sends back
     inwards = height < 0
     # a product, since Cycles drops the refraction where one factor is known to be 0
-    refracts = same_signs * inwards
-    smooth = {"Color": tint, "Roughness": 0.0}
+    refracts = same_signs * inwards * (1 - rough.is_rough)
+    # what a facet sends beyond the surface, or to another facet, is lost
+    mirrored = 2 * cos_i * m - I
+    kept_mirrored, kept_through = rough.kept(dot(mirrored, n)), rough.kept(dot(-d, n))
+    smooth = {"Color": kept_mirrored * tint, "Roughness": 0.0, "Normal": m}
     refraction = sheet.node(
         "ShaderNodeBsdfRefraction",
         "transmitted, same signs",
         # q from inside is n_inside / n_outside, which the node turns round for a back face by itself
-        smooth | {"IOR": q_from_inside, "Normal": n},
+        smooth | {"IOR": q_from_inside},
         distribution="GGX",
     )
-    portal = sheet.node("ShaderNodeBsdfRayPortal", "transmitted, signs differ", {"Color": tint, "Direction": direction})
+    passed = {"Color": kept_through * tint, "Direction": direction}
+    portal = sheet.node("ShaderNodeBsdfRayPortal", "transmitted, signs differ", passed)
     transmitted = choose(refracts, refraction, portal)
     goes_on = sheet.node("ShaderNodeMixShader", "nothing where no ray goes on", {0: lossy.stops, 1: transmitted})
-    reflected = sheet.node("ShaderNodeBsdfAnisotropic", "reflected", smooth | {"Normal": n}, distribution="GGX")
-    by_formulas = choose(R, reflected, goes_on)
+    reflected = sheet.node("ShaderNodeBsdfAnisotropic", "reflected", smooth, distribution="GGX")
+    by_facets = choose(R, reflected, goes_on)
+
+    # Where R is that of plain dielectrics, of the magnitudes, Blender's own facets are the same, and find lamps.
+    sheet.frame(
+        "Rough, |mu| agree, white: what is reflected by a Principled BSDF, black but for its gloss", after=ray, top=-500
+    )
+    alike = equal(abs(mu_ratio), 1, within=1e-6)
+    plain = alike * (1 - lossy.loses)
+    channels = sheet.node("ShaderNodeSeparateColor", "tint", {0: tint})
+    # which has no colour of its own for all that it reflects
+    white = minimum(minimum(channels["Red"], channels["Green"]), channels["Blue"]) > 1 - 1e-6
+    lobe_does = rough.is_rough * plain * white
+    gloss = {"Base Color": (0.0, 0.0, 0.0, 1.0), "Roughness": rough.roughness, "IOR": 1 / abs(q), "Normal": n}
+    lobe = sheet.node("ShaderNodeBsdfPrincipled", "reflected by Blender's facets", gloss, distribution="GGX")
+    rest = sheet.node("ShaderNodeMixShader", "1 - R of what goes on", {0: R, 1: goes_on})
+    lobe_and_rest = sheet.node("ShaderNodeAddShader", "both", {0: lobe, 1: rest})
+    by_formulas = choose(lobe_does, lobe_and_rest, by_facets)
 
     # Between plain dielectrics z = q, and Blender's Glass is the same equations in one closure, which is cheaper. Only
     # without a bent normal, though: it loses light on bumps.
     sheet.frame("The same where |mu| and signs agree: Glass", after=ray, top=-700)
-    alike = equal(abs(mu_ratio), 1, within=1e-6)
-    glass_does = alike * same_signs * (1 - linked) * (1 - lossy.loses)
-    glass = sheet.node("ShaderNodeBsdfGlass", "Glass", smooth | {"IOR": q_from_inside}, distribution="GGX")
+    glass_does = plain * same_signs * (1 - linked)
+    blown = {"Color": tint, "Roughness": rough.roughness, "IOR": q_from_inside}
+    glass = sheet.node("ShaderNodeBsdfGlass", "Glass", blown, distribution="GGX")
     clear = choose(glass_does, glass, by_formulas)
 
     sheet.frame("What is left of the way in a medium: exp(-absorption length)", after=ray, top=-1000)
@@ -241,10 +282,62 @@ def _twin(sheet: Sheet) -> Optics:
         reflected.node,
         refraction.node,
         portal.node,
-        by_formulas.node,
+        by_facets.node,
         clear.node,
         BSDF.node,
     )
+
+
+class _Rough(NamedTuple):
+    """The facet that light meets: its normal m, and the cosine between it and the viewer; n where the surface is smooth.
+
+    kept: function(cosine to n of a ray that leaves, on its side) -> how much of its light remains, 1 where it is smooth
+    """
+
+    frame: Frame
+    roughness: Value
+    is_rough: Value
+    m: Value
+    cos_i: Value
+    kept: Callable[[Value], Value]
+
+
+def _rough(sheet: Sheet, after: Frame, geometry: Value, n: Value, cos_view: Value) -> _Rough:
+    """visible_facet() and unmasked() of the shader. Cycles drops all of it where the roughness is known to be 0."""
+    chance = sheet.frame("Rough: a facet, by chance", after=after, top=-1900)
+    (roughness,) = sheet.inputs("roughness")
+    is_rough = roughness > 0
+    alpha = minimum(roughness * roughness, 1)
+    I, P = geometry["Incoming"], geometry["Position"]  # noqa: E741
+    # white noise of the place and the way: no two samples meet the same facet
+    way = sheet.node("ShaderNodeVectorMath", "a number of I", {0: I, 1: (1.0, 1.37, 1.71)}, operation="DOT_PRODUCT")
+    place = {"Vector": P, "W": way["Value"]}
+    noise = sheet.node("ShaderNodeTexWhiteNoise", "white noise", place, noise_dimensions="4D")["Color"]
+    random = sheet.node("ShaderNodeSeparateXYZ", "random numbers", {0: noise})
+    up = 2 * random["X"] - 1
+    across, turn = sqrt(1 - up * up), 2 * math.pi * random["Y"]
+    sphere = {"X": across * cos(turn), "Y": across * sin(turn), "Z": up}
+    anywhere = sheet.node("ShaderNodeCombineXYZ", "anywhere", sphere)
+
+    visible = sheet.frame("Rough: among those that the viewer sees", after=chance, top=-1900)
+    viewer = normalize(alpha * I + ((1 - alpha) * cos_view) * n)
+    height, lowest = dot(anywhere, n), -dot(viewer, n)
+    cap = lowest + 0.5 * (1 - lowest) * (1 + height)
+    h = cap * n + sqrt(1 - cap * cap) * normalize(anywhere - height * n) + viewer
+    facet = normalize(alpha * h + ((1 - alpha) * dot(h, n)) * n)
+    m = choose(is_rough, facet, n)
+    cos_i = choose(is_rough, dot(I, facet), cos_view)
+
+    def masking(cosine):
+        square = maximum(cosine * cosine, 1e-12)
+        return 0.5 * (sqrt(1 + (alpha * alpha) * (1 - square) / square) - 1)
+
+    def kept(cosine):
+        seen = 1 + masking(cos_view)
+        return choose(is_rough, (cosine > 0) * (seen / (seen + masking(cosine))), 1.0)
+
+    sheet.name(locals())
+    return _Rough(visible, roughness, is_rough, m, cos_i, kept)
 
 
 class _Lossy(NamedTuple):

@@ -11,8 +11,8 @@ The scenes are those of spectrum_scenes.py, all of them grey. Every program rend
 samples in all, in a process of its own; set-up (scene, BVH, compiling) is not timed. Rounds alternate between the programs,
 so that a busy machine is as busy for all of them. An error is to the closed form (prism) or to rays in double precision
 (ball); that of the lit scene is the variance over the rounds' seeds. A cost is processor seconds x mean squared error in
-linear sRGB, the ratios are of medians. The last columns say how far the means of 8 x 8 pixels are from the truth, and how
-far they would be by chance.
+linear sRGB, the ratios are of medians. `noise` is the variance alone, which misses what a program has wrong. The last
+columns say how far the means of 8 x 8 pixels are from the truth, and how far they would be by chance.
 
 The ball says little of dispersion: the line without it, whose error is to the same truth, says how little.
 `--out DIR` keeps a picture of what each program makes of a scene, beside what must be seen.
@@ -99,13 +99,14 @@ def measure(kind, medium, peers, options):
 
 
 class Measured:
-    """What a program's Record comes to: `processors` seconds, the mean squared `error`, how far its blocks are `off`, and
-    how far they would be by `chance`; nan where there is no truth."""
+    """What a program's Record comes to: `processors` seconds, the mean squared `error`, its `noise` alone (the variance over
+    the seeds), how far its blocks are `off`, and how far they would be by `chance`; nan where there is no truth."""
 
     def __init__(self, record, truths):
         self.processors = statistics.median(record.processors)
         self.off, self.chance = math.nan, math.nan
-        self.error = record.error if truths is None else record.error_to(truths)
+        self.noise = record.error
+        self.error = self.noise if truths is None else record.error_to(truths)
         if truths is not None:
             means = np.array([blocks(picture) for picture in record.pictures])
             self.chance = math.sqrt(np.mean(means.var(0, ddof=1)) / len(means))
@@ -127,13 +128,11 @@ def table(kind, medium, records, truths, options):
     """Print a scene's table; returns {name: Measured}."""
     found = {name: Measured(record, truths) for name, record in records.items()}
     print(f"\n{kind}, {medium}: {options.size} x {options.size}, {options.samples} samples, {THREADS} threads")
-    print(
-        f"{'':22}{'processor s':>12}{'rmse':>9}{'cost / single':>15}{'single / cost':>15}{'blocks off':>12}{'by chance':>11}"
-    )
+    print(f"{'':22}{'processor s':>12}{'rmse':>9}{'noise':>9}{'cost / single':>15}{'blocks off':>12}{'by chance':>11}")
     for name, one in found.items():
         ratio = one.cost / found[SINGLE].cost if name != PLAIN else math.nan
         print(
-            f"{name:22}{one.processors:12.3f}{math.sqrt(max(one.error, 0)):9.5f}{ratio:15.3f}{1 / ratio:15.3f}"
+            f"{name:22}{one.processors:12.3f}{math.sqrt(max(one.error, 0)):9.5f}{math.sqrt(one.noise):9.5f}{ratio:15.3f}"
             f"{one.off:12.5f}{one.chance:11.5f}",
             flush=True,
         )
@@ -159,6 +158,12 @@ def summary(found, records):
     for ours in (SINGLE, *STRATA):
         line(f"{ours} / Mitsuba", of_costs(ours, MITSUBA))
         line(f"{ours} / LuxCore", of_costs(ours, LUXCORE))
+        line(f"{'':10}by its noise", lambda key, ours=ours: of_noise(found[key].get(ours), found[key].get(LUXCORE)))
+
+
+def of_noise(ours, theirs):
+    """The ratio of costs where theirs is by its noise alone, as if it were right; None where one is missing."""
+    return ours.cost / (theirs.processors * theirs.noise) if ours and theirs else None
 
 
 def of_times(ours, theirs):

@@ -19,6 +19,7 @@ _LOOKS = {
     Kind.TRANSMITTED: (BLUE, "solid"),
     Kind.REFLECTED: (ORANGE, (0, (4.5, 2.0))),
 }
+_PIECES = 24  # of a line that thins as a medium absorbs
 LABEL = {"fontsize": 8.5, "zorder": 6}
 # Nanometres: those that white light is drawn by, and those of them that the key names.
 SPECTRUM, NAMED = tuple(range(400, 701, 25)), tuple(range(400, 701, 50))
@@ -54,6 +55,7 @@ def _name_of(medium):
     names = [name for name in ("air", "water", "glass", "diamond") if MEDIA[name] == medium]
     name = "NIM" if medium.is_nim else names[0] if names else "medium"
     mu = "" if abs(medium.mu) == 1 else f", $\\mu$ = {number(medium.mu)}"
+    mu += f", 1/e in {medium.absorption_length():.3g} m" if medium.k else ""
     return f"{name}, $n$ = {number(medium.n)}{mu}"
 
 
@@ -86,21 +88,40 @@ def draw_spectrum(ax, trace: Callable[[Medium], Paths], medium: Medium, *, wides
     return paths
 
 
-def transparent_at(medium: Medium, wavelength_nm: float) -> Medium:
-    """The real Medium whose rays are those of a medium at a wavelength; ValueError where it lets through none to see."""
+def transparent_at(medium: Medium, wavelength_nm: float, *, loss: bool = False) -> Medium:
+    """The Medium of plain numbers that a medium is at a wavelength; ValueError where it lets through no light to see.
+
+    loss: whether it absorbs as that does; else it is the real one whose rays are the same
+    """
     at = medium.at(wavelength_nm)
     if at.k > OPAQUE or at.n == 0:
         raise ValueError(
             f"{medium} is a mirror at {wavelength_nm:g} nm, for all that one can see, and has no rays within; give a medium "
             f"of k below {OPAQUE:g}."
         )
-    return at if at.is_real else Medium(at.n)
+    return at if at.is_real or loss else Medium(at.n, at.mu if at.mu * at.n > 0 else None)
 
 
 def _is_white(paths):
     """Which segments (S,) no surface has sorted by wavelength: those that arrive, and what is mirrored of them at once."""
     first = paths.parent < 0
     return first | ((paths.kind == Kind.REFLECTED) & first[paths.parent])
+
+
+def _lines(paths, these, first, last, widest):
+    """Lines (L, 2, 2) and their weights (L,): one for each of some segments, _PIECES where it loses energy on its way.
+
+    these: (C,) indices; first, last: (S,) the parts of each segment that are seen
+    """
+    count = np.where(paths.arriving[these] < paths.energy[these], _PIECES, 1)
+    which, size = np.repeat(these, count), np.repeat(1 / count, count)
+    piece = np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)
+    begin, end = (first[which] + part * size * (last - first)[which] for part in (piece, piece + 1))
+    start, way = paths.start[which, :2], (paths.end - paths.start)[which, :2]
+    lines = np.stack([start + begin[:, None] * way, start + end[:, None] * way], axis=1)
+    # along a segment energy falls exponentially: this is what is left in the middle of each piece
+    left = (paths.arriving[which] / paths.energy[which]) ** ((begin + end) / 2)
+    return lines, _width(paths.energy[which] * left, widest)
 
 
 def draw_paths(
@@ -126,12 +147,12 @@ def draw_paths(
     widths = _width(paths.energy, widest)
     with library.rc_context({"lines.scale_dashes": False}):
         for order, (kind, (usual, dashes)) in enumerate(_LOOKS.items()):
-            these = seen & (paths.kind == kind)
+            lines, weights = _lines(paths, np.flatnonzero(seen & (paths.kind == kind)), first, last, widest)
             ax.add_collection(
                 LineCollection(
-                    np.stack([a[these], b[these]], axis=1),
+                    lines,
                     colors=[colour or usual],
-                    linewidths=widths[these],
+                    linewidths=weights,
                     linestyles=[dashes],
                     zorder=4 - 0.1 * order,
                 )

@@ -283,8 +283,8 @@ def diagram(
 
     n, mu:    of the medium, by default the scene's index and a mu of 1 or -1, as the index has it
     rays:     how many leave the source, 1 to MOST_RAYS; a single one is drawn with its normals and angles
-    inside:   the medium, in the place of n and mu
-    spectrum: whether white light is drawn, by its colours, through a medium that disperses
+    inside:   the medium, in the place of n and mu; where it absorbs, the sphere's radius and the slab are 1 m
+    spectrum: whether white light is drawn, by its colours, through a medium that disperses, as if nothing were absorbed
     Raises ValueError for what it cannot draw, RuntimeError where matplotlib is missing, OSError where it cannot write.
     """
     if scene not in SCENES:
@@ -324,10 +324,7 @@ def _medium(chosen, n, mu, inside, spectrum):
             )
         return medium
     medium = inside or Medium(chosen.n if n is None else n, mu)
-    if medium.dispersion:
-        return parts.transparent_at(medium, REPRESENTATIVE_NM)
-    medium.check_real()
-    return medium
+    return parts.transparent_at(medium, REPRESENTATIVE_NM, loss=True)
 
 
 # --- the thesis's figures ---------------------------------------------------------------------------------------------

@@ -21,6 +21,7 @@ _WHITE = (0.3127, 0.3290)
 # How much of the density of drawn wavelengths is everywhere the same, beside what is as |w|: measured to be the best
 # of pictures of prisms and balls.
 _FLOOR = 0.6
+# Over how many times the way of 1/e what is left of white light is taken for that of three channels.
 WAYS = 3.0
 # A curve of Blender's nodes: it keeps a table of so many numbers evenly over [0, 1], and Cycles reads so many from that.
 CURVE_POINTS, TABLE_SIZE = 257, 256

@@ -155,7 +155,7 @@ def test_colours_of_lines_keep_their_order_and_show_on_white():
         ({"inside": Medium(-1.5), "mu": -1}, ("given once",)),
         ({"spectrum": True, "inside": Medium.parse("silver")}, ("silver is a mirror at 400 nm",)),
         ({"inside": Medium.parse("gold")}, ("gold is a mirror at 550 nm",)),
-        ({"inside": Medium(-1.5 + 0.1j)}, ("absorbs",)),
+        ({"inside": Medium(-1.5 + 0.1j)}, ("is a mirror at 550 nm",)),
     ],
 )
 def test_what_has_no_spectrum_is_one_sentence(options, words, tmp_path, one_sentence):
@@ -184,6 +184,28 @@ def test_lines_weigh_what_their_energy_is_and_stay_in_the_view(monkeypatch):
     np.testing.assert_allclose(np.sort(np.square(widths / 1.8)), np.sort(paths.energy))
     assert np.all(segments >= (ax.get_xlim()[0] - 1e-9, ax.get_ylim()[0] - 1e-9))
     assert np.all(segments <= (ax.get_xlim()[1] + 1e-9, ax.get_ylim()[1] + 1e-9))
+
+
+@pytest.mark.parametrize("scene", diagrams.SCENES)
+def test_lines_thin_where_light_is_absorbed(scene, monkeypatch):
+    if scene not in ("sphere", "slab", "pool", "prism"):
+        pytest.skip("draws no medium of one's own")
+    ax, paths = drawn(monkeypatch, scene, inside=Medium.parse("n=-1.5,length=0.7"), rays=3)
+    lossy = paths.arriving < paths.energy
+    widths = np.concatenate([lines.get_linewidths() for lines in ax.collections])
+    segments = np.concatenate([np.array(lines.get_segments()) for lines in ax.collections])
+    assert lossy.any() and len(widths) >= 24 * lossy.sum() / 2
+    # each piece has the weight of the light in its middle, by Beer and Lambert from where its segment starts
+    fades = 0
+    for start, end, energy in zip(paths.start[lossy], paths.end[lossy], paths.energy[lossy], strict=True):
+        middle = segments.mean(axis=1)
+        way = (end - start)[:2]
+        along = (middle - start[:2]) @ way / (way @ way)
+        on = (np.linalg.norm(middle - start[:2] - along[:, None] * way, axis=1) < 1e-9) & (along > 0) & (along < 1)
+        wanted = 1.8 * np.sqrt(energy * np.exp(-along * np.linalg.norm(end - start) / 0.7))
+        fades += int((np.abs(widths - wanted) < 1e-3)[on].sum())
+    assert fades >= 0.9 * np.sum(len(widths) - np.sum(~lossy))
+    assert any("1/e in 0.7 m" in text for text in texts(ax))
 
 
 def test_media_are_named_with_index_and_permeability(monkeypatch):
@@ -277,7 +299,7 @@ def test_what_lets_no_light_in_is_drawn(scene, n, mu, monkeypatch):
         ({"rays": "many"}, ("rays = many",)),
         ({"n": 0}, ("n = 0",)),
         ({"n": -1.5, "mu": 2}, ("mu = 2",)),
-        ({"n": 1.5 + 1e-6j}, ("n=1.5+1e-06j absorbs", "give n=1.5")),
+        ({"n": 1.5 + 0.01j}, ("n=1.5+0.01j is a mirror at 550 nm", "k below 0.001")),
         ({"file": "x.jpg"}, ("x.jpg", ".svg, .png, .pdf", "rays.svg")),
     ],
 )

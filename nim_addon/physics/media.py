@@ -200,21 +200,6 @@ class Medium:
         """Whether the medium is a real n and mu and no more: without loss and without dispersion."""
         return self.dispersion is None and not self.is_complex
 
-    def check_real(self) -> None:
-        """ValueError for a medium that is not `is_real`, with the real one that is nearest to it: what renders ask."""
-        if self.is_real:
-            return
-        does = ["disperses"] if self.dispersion else []
-        if self.is_complex:
-            does.append("carries no wave" if self.is_single_negative else "absorbs")
-        if self.k > OPAQUE or abs(self.n) < LEAST_MAGNITUDE:
-            instead = "none stands for it, since it is a mirror for all that one can see"
-        else:
-            n, mu = (float(f"{value:.6g}") for value in (self.n, self.mu))
-            real = Medium(n, mu if mu * n > 0 and abs(mu) >= LEAST_MAGNITUDE else None)
-            instead = f"give {real}" + (f", which it has at {REPRESENTATIVE_NM:g} nm" if self.dispersion else "")
-        raise ValueError(f"{self} {' and '.join(does)}, and renders take a real index so far; {instead}.")
-
     @property
     def is_single_negative(self) -> bool:
         """Whether epsilon and mu are real and differ in sign: without loss, and without a wave within."""
@@ -250,10 +235,8 @@ class Medium:
         return 1 / alpha if alpha else math.inf
 
     @classmethod
-    def parse(cls, text: str | Medium, *, real: bool = False) -> Medium:
+    def parse(cls, text: str | Medium) -> Medium:
         """The medium a person wrote, or str() of one.
-
-        real: whether it must be one, as check_real() says, and no other is named
 
         A name of MEDIA or DISPERSIVE; an index, "-1.33" or "-1.33+0.01j"; "n=-1.33,mu=-10"; n with k, or with the
         absorption length in metres, "n=-1.33,length=0.05"; "epsilon=-2,mu=-1"; any of these but a length as a function
@@ -261,14 +244,8 @@ class Medium:
         refractiveindex.info, which ends in .yml.
         Raises ValueError with the names that exist, the nearest first, when `text` is none of these.
         """
-        medium = text if isinstance(text, Medium) else cls._of_text(text, real)
-        if real:
-            medium.check_real()
-        return medium
-
-    @classmethod
-    def _of_text(cls, text: str, real: bool) -> Medium:
-        """parse() of a text; `real` as there, for the sentence that names media."""
+        if isinstance(text, Medium):
+            return text
         path, word = str(text).strip(), plain_minus(str(text).strip())
         if path.lower().endswith(SUFFIXES):
             return cls.dispersive(load(path))
@@ -280,10 +257,10 @@ class Medium:
             return cls._of_words(word)
         if re.match(r"[-+.\d]|nan$|inf", word, re.IGNORECASE):
             return cls(word)
-        names = tuple(MEDIA) if real else (*MEDIA, *DISPERSIVE)
+        names = (*MEDIA, *DISPERSIVE)
         near = difflib.get_close_matches(word.lower(), names, 1, 0.5)
         hint = f"did you mean {near[0]}? Media" if near else "media"
-        last = "or n=-1.33,mu=-10" if real else "n=-1.33,mu=-10, or a .yml file of refractiveindex.info"
+        last = "n=-1.33,mu=-10, or a .yml file of refractiveindex.info"
         raise ValueError(f"there is no medium {word!r}; {hint} are {', '.join(names)}, an index such as -1.33, {last}.")
 
     @classmethod

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from nim_addon import caustics
+from nim_addon.cycles import spectral
 from nim_addon.figures.measure import Camera
 from nim_addon.figures.recipes import Image
 from nim_addon.scenes import scene_type
@@ -33,6 +34,8 @@ def images(empty_file, render):
             scene.cycles.samples = samples
             aim(scene.camera, *pose)
             recipe.change(scene)
+            if recipe.wavelength:
+                spectral.set_neutral(recipe.wavelength)
             each = []
             for seed in range(seeds or recipe.seeds):
                 scene.cycles.seed = seed

@@ -244,7 +244,7 @@ def _twin(sheet: Sheet) -> Optics:
 
     # Where R is that of plain dielectrics, of the magnitudes, Blender's own facets are the same, and find lamps.
     sheet.frame(
-        "Rough, |mu| agree, white: what is reflected by a Principled BSDF, black but for its gloss", after=ray, top=-500
+        "Rough, |mu| agree, white: what is reflected by a Principled BSDF, black but for its gloss", after=ray, top=-680
     )
     alike = equal(abs(mu_ratio), 1, within=1e-6)
     plain = alike * (1 - lossy.loses)
@@ -260,13 +260,13 @@ def _twin(sheet: Sheet) -> Optics:
 
     # Between plain dielectrics z = q, and Blender's Glass is the same equations in one closure, which is cheaper. Only
     # without a bent normal, though: it loses light on bumps.
-    sheet.frame("The same where |mu| and signs agree: Glass", after=ray, top=-700)
+    sheet.frame("The same where |mu| and signs agree: Glass", after=ray, top=-1000)
     glass_does = plain * same_signs * (1 - linked)
     blown = {"Color": tint, "Roughness": rough.roughness, "IOR": q_from_inside}
     glass = sheet.node("ShaderNodeBsdfGlass", "Glass", blown, distribution="GGX")
     clear = choose(glass_does, glass, by_formulas)
 
-    sheet.frame("What is left of the way in a medium: exp(-absorption length)", after=ray, top=-1000)
+    sheet.frame("What is left of the way in a medium: exp(-absorption length)", after=ray, top=-1300)
     absorption_inside, absorption_outside = sheet.inputs("absorption_inside", "absorption_outside")
     # products with names, since Cycles drops all of it where both absorptions are known to be 0
     in_there, out_there = from_inside * absorption_inside, (1 - from_inside) * absorption_outside
@@ -304,7 +304,7 @@ class _Rough(NamedTuple):
 
 def _rough(sheet: Sheet, after: Frame, geometry: Value, n: Value, cos_view: Value) -> _Rough:
     """visible_facet() and unmasked() of the shader. Cycles drops all of it where the roughness is known to be 0."""
-    chance = sheet.frame("Rough: a facet, by chance", after=after, top=-1900)
+    chance = sheet.frame("Rough: a facet, by chance", after=after, top=-2300)
     (roughness,) = sheet.inputs("roughness")
     is_rough = roughness > 0
     alpha = minimum(roughness * roughness, 1)
@@ -319,7 +319,7 @@ def _rough(sheet: Sheet, after: Frame, geometry: Value, n: Value, cos_view: Valu
     sphere = {"X": across * cos(turn), "Y": across * sin(turn), "Z": up}
     anywhere = sheet.node("ShaderNodeCombineXYZ", "anywhere", sphere)
 
-    visible = sheet.frame("Rough: among those that the viewer sees", after=chance, top=-1900)
+    visible = sheet.frame("Rough: among those that the viewer sees", after=chance, top=-2300)
     viewer = normalize(alpha * I + ((1 - alpha) * cos_view) * n)
     height, lowest = dot(anywhere, n), -dot(viewer, n)
     cap = lowest + 0.5 * (1 - lowest) * (1 + height)
@@ -373,7 +373,7 @@ def _lossy(sheet: Sheet, from_inside: Value, cos_i: Value, cos2_t: Value) -> _Lo
     c_cos2_t = Complex(one_re + c_q2.re * (cos_i * cos_i), c_q2.im * (cos_i * cos_i - 1))
     c_cos_t = c_cos2_t.root()
 
-    sheet.frame("With loss: R = (|r_s|^2 + |r_p|^2) / 2, at most 1", after=snell, top=-1300)
+    fresnel = sheet.frame("With loss: R = (|r_s|^2 + |r_p|^2) / 2, at most 1", after=snell, top=-1300)
     c_s, c_p = c_z * cos_i, c_z * c_cos_t
     R_s = (c_s - c_cos_t).square() / (c_s + c_cos_t).square()
     below, above, across = cos_i + c_p.re, cos_i - c_p.re, c_p.im * c_p.im
@@ -381,7 +381,7 @@ def _lossy(sheet: Sheet, from_inside: Value, cos_i: Value, cos2_t: Value) -> _Lo
     R_lossy = minimum(0.5 * (R_s + R_p), 1)
 
     sheet.frame(
-        "With loss: no ray goes on beyond |sin| = |Re n|, and where light is gone at once", after=snell, top=-1700
+        "With loss: no ray goes on beyond |sin| = |Re n|, and where light is gone at once", after=fresnel, top=-1300
     )
     k_t = choose(from_inside, k_outside, k_inside)
     n_t = choose(from_inside, n_outside, n_inside)

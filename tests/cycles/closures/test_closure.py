@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The groups of a closure: their sockets are the shader's, the same in both backends, and materials keep what they set."""
 
+import itertools
 import re
 
 import bpy
@@ -90,3 +91,15 @@ def test_switching_keeps_values_links_and_keyframes(empty_file):
         assert values() == before
         assert node.inputs["Permeability Inside"].links[0].from_node == noise
         assert node.outputs["BSDF"].links[0].to_node.type == "OUTPUT_MATERIAL"
+
+
+@every_closure
+def test_frames_of_the_nodes_do_not_lie_on_each_other(closure, empty_file):
+    boxes = {}
+    for node in closure.new_group("nodes").nodes:
+        if node.parent:  # hidden nodes and reroutes are a point, about which Blender draws a frame
+            boxes.setdefault(node.parent.label, []).append(tuple(node.location))
+    least, most = np.array((20, 60)), np.array((170, 40))
+    boxes = {label: (np.min(places, axis=0) - least, np.max(places, axis=0) + most) for label, places in boxes.items()}
+    for (one, (low, high)), (other, (bottom, top)) in itertools.combinations(boxes.items(), 2):
+        assert (high <= bottom).any() or (top <= low).any(), f"{one} | {other}"

@@ -21,14 +21,25 @@ from ..physics import colour
 from . import images, settings, spectral
 from .render import Drawing, Progress, layers_of, write_linear, write_shown
 
-MOST_STRATA = 16  # more of them have hardly less noise, and each costs the time in which Cycles starts
+MOST_STRATA = 16  # more of them have hardly less noise
+START = 1 << 17  # samples of a pixel each in the time that Cycles takes to start: each stratum costs it
+WORTH = 4  # times that time a stratum's own samples should take
 
 
-def usual_strata(samples: int) -> int:
-    """How many strata suit so many samples: as many as each has samples, at most, and all have the same number."""
+def usual_strata(samples: int, pixels: int) -> int:
+    """How many strata suit so many samples of each of so many pixels, a power of two.
+
+    As many as each has samples, at most, so that wavelengths and places in the pixel are spread alike; all have the same
+    number of samples; and their starts do not cost more than they gain.
+    """
     strata = 1
-    while strata < MOST_STRATA and samples % (2 * strata) == 0 and (2 * strata) ** 2 <= samples:
-        strata *= 2
+    while (
+        (more := 2 * strata) <= MOST_STRATA
+        and samples % more == 0
+        and more * more <= samples
+        and more * START * WORTH <= samples * pixels
+    ):
+        strata = more
     return strata
 
 
@@ -45,6 +56,11 @@ def drawing(strata: int) -> Drawing:
         write_shown(scene, shown, colour.into_gamut(clean))
 
     return draw
+
+
+def picture_of(scene: bpy.types.Scene, strata: int, progress: Progress | None = None) -> NDArray:
+    """The linear picture (height, width, 3), the first row at the top, of a scene as drawing() renders it, with its noise."""
+    return _merged(scene, strata, progress)["Combined"]
 
 
 @contextlib.contextmanager
@@ -81,12 +97,9 @@ def part_of(progress: Progress | None, index: int, parts: int) -> Progress | Non
         return None
 
     def report(done: int, total: int, left: float | None) -> None:
-        # the renders to come take as long as this one
-        share = done / total if total else 0
-        whole = None if left is None or share >= 1 else left / (1 - share)
-        progress(
-            index * total + done, parts * total, None if left is None else left + (whole or 0) * (parts - index - 1)
-        )
+        if left is not None and index < parts - 1:  # the renders to come take as long as this one
+            left = left + left / (1 - done / total) * (parts - index - 1) if done < total else None
+        progress(index * total + done, parts * total, left)
 
     return report
 

@@ -85,7 +85,8 @@ class Session(Generic[Kind]):
                 if request.caustics is None:
                     request = dataclasses.replace(request, caustics=caustics.best_way(self._temporary.scene))
             if request.spectral and request.spectral_passes is None:
-                passes = spectral_picture.usual_strata(known(request.samples))
+                width, height = known(request.size)
+                passes = spectral_picture.usual_strata(known(request.samples), width * height)
                 request = dataclasses.replace(request, spectral_passes=passes)
             self._decided = request
         return self._decided

@@ -61,7 +61,7 @@ def _choice(choices: tuple) -> Callable:
 def _passes(name, value):
     value = _whole(1, MOST_PASSES)(name, value)
     if value & (value - 1):
-        raise ValueError(f"{name} {value} is no power of two; give 1, 2, 4, ... {MOST_PASSES}.")
+        raise ValueError(f"{name} {value} is no power of two; give 1, 2, 4, 8 and so on, up to {MOST_PASSES}.")
     return value
 
 

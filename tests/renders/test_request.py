@@ -74,6 +74,7 @@ options = st.fixed_dictionaries(
         "backend": st.sampled_from(["auto", "osl", "nodes"]),
         "denoise": st.booleans(),
         "keep_noise": st.booleans(),
+        "spectral": st.booleans(),
         "photons": st.integers(1, 1 << 40),
         "texels": st.integers(1, 16384),
         "pose": poses,
@@ -90,6 +91,10 @@ def name_of(values):
 def test_a_record_is_read_back_the_same(values, options, way):
     if way == "path":
         options.pop("photons", None)
+    if options.get("spectral") and "samples" in options:
+        options |= {"spectral_passes": 2, "samples": options["samples"] // 2 * 2 or 2}
+    elif not options.get("spectral"):
+        options["wavelength"] = 486.13
     asked = Request(name_of(values), values, caustics=way, **options)
     record = as_from_a_file(asked.record())
     assert record == asked.record()
@@ -153,6 +158,16 @@ REFUSED = [
     ({"caustics": "path", "photons": 100}, "photons are for caustics that are traced"),
     ({"denoise": 1}, "neither True nor False"),
     ({"keep_noise": "yes"}, "neither True nor False"),
+    ({"spectral": "yes"}, "neither True nor False"),
+    ({"spectral": True, "wavelength": 550}, "a spectral render has all wavelengths"),
+    ({"wavelength": 0.55}, "for 0.55 micrometres write 550"),
+    ({"wavelength": 0}, "a wavelength of 0 nm is none"),
+    ({"wavelength": 1064}, "wavelength 1064 is not visible; it lies between 380 and 730 nanometres"),
+    ({"wavelength": "red"}, "wavelength 'red' is not a number; give nanometres, such as 550"),
+    ({"spectral_passes": 4}, "spectral passes are of a spectral render"),
+    ({"spectral": True, "spectral_passes": 3}, "no power of two"),
+    ({"spectral": True, "spectral_passes": 128}, "out of range"),
+    ({"spectral": True, "spectral_passes": 8, "samples": 12}, "or a number of samples such as 16"),
     ({"texels": 0}, "texels 0 is out of range"),
     ({"frame": 3}, "frame is of the animation of a .blend"),
     ({"pose": ((0, 0), (0, 0, 0), 30, "AUTO")}, "no pose"),
@@ -191,6 +206,10 @@ WRONG = {
     "texels": [None, 0],
     "frame": [None, 1.5, 1],
     "keep_noise": [None, 1],
+    "spectral": [None, 1, "yes"],
+    "spectral_passes": [None, 2, 3],
+    "wavelength": [None, 0, 0.5, "550", True, 1e9],
+    "wavelengths": [[400, 500]],
     "pose": [None, [], [[0, 0, 0], [0, 0, 1], "30", "AUTO"]],
     "change": [None, 5, "os.system"],
     "code": [None, 5, "of another"],
@@ -251,6 +270,9 @@ def test_keys_differ_where_pixels_do(monkeypatch):
         {"pose": Pose((0, -5, 1), (0, 0, 1), 30)},
         {"change": changes.register(dark)},
         {"code": "other"},
+        {"spectral": True},
+        {"spectral": True, "spectral_passes": 2},
+        {"wavelength": 500.0},
         {"parameters": scene_type("sphere").parameters(n=-1.5, companions=True)},
     ]
     requests = [usual, *(dataclasses.replace(usual, **values) for values in others)]

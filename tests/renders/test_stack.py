@@ -3,19 +3,17 @@
 
 import dataclasses
 
-import bpy
 import numpy as np
 import pytest
 
 from nim_addon.cycles import spectral_images, wavelength
 from nim_addon.cycles.images import read_metadata
 from nim_addon.physics import REPRESENTATIVE_NM, colour
-from nim_addon.renders import changes, stack
+from nim_addon.renders import stack
 from nim_addon.renders.request import Request
 from nim_addon.renders.stack import Region, Stack
 
 SMALL = {"size": (24, 16), "samples": 4, "backend": "nodes", "caustics": "path"}
-SKY = (0.2, 0.5, 0.9)
 NM = (450.0, 550.0, 600.0, 650.0)
 
 
@@ -50,25 +48,6 @@ def test_its_record_makes_it_again(made):
 
 def test_afterwards_media_show_what_they_showed(made):
     assert wavelength.neutral() == REPRESENTATIVE_NM
-
-
-def lit(scene):
-    """A sky of one colour, and nothing but the sphere, which takes none of it."""
-    for obj in [obj for obj in scene.objects if obj.type == "MESH" and obj.name != "Sphere"]:
-        scene.collection.children[0].objects.unlink(obj)
-    scene.world = bpy.data.worlds.new("Lit")
-    scene.world.use_nodes = True
-    scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (*SKY, 1)
-
-
-def test_a_sky_keeps_its_colour_for_who_reads_the_preview_and_for_who_reads_the_spectrum(tmp_path, empty_file):
-    asked = Request.of("sphere", ["n=nim-normal"], **{**SMALL, "size": (6, 4)}, change=changes.register(lit))
-    found = spectral_images.read(Stack(asked, tuple(np.arange(380, 731, 10.0))).render(tmp_path, "s").exr)
-    np.testing.assert_allclose(found.rgb, np.broadcast_to(SKY, (4, 6, 3)), rtol=2e-4)
-    fine = np.arange(380, 731.0)
-    spectrum = np.array([np.interp(fine, found.wavelengths_nm, line) for line in found.radiance.reshape(-1, 36)])
-    seen = colour.xyz_to_srgb(spectrum @ colour.colour_matching(fine))
-    np.testing.assert_allclose(seen, np.broadcast_to(SKY, seen.shape), atol=0.01)
 
 
 def test_white_is_white_in_a_stack():

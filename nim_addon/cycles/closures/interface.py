@@ -260,13 +260,13 @@ def _twin(sheet: Sheet) -> Optics:
 
     # Between plain dielectrics z = q, and Blender's Glass is the same equations in one closure, which is cheaper. Only
     # without a bent normal, though: it loses light on bumps.
-    sheet.frame("The same where |mu| and signs agree: Glass", after=ray, top=-1000)
+    sheet.frame("The same where |mu| and signs agree: Glass", after=ray, top=-1080)
     glass_does = plain * same_signs * (1 - linked)
     blown = {"Color": tint, "Roughness": rough.roughness, "IOR": q_from_inside}
     glass = sheet.node("ShaderNodeBsdfGlass", "Glass", blown, distribution="GGX")
     clear = choose(glass_does, glass, by_formulas)
 
-    sheet.frame("What is left of the way in a medium: exp(-absorption length)", after=ray, top=-1300)
+    sheet.frame("What is left of the way in a medium: exp(-absorption length)", after=ray, top=-1420)
     absorption_inside, absorption_outside = sheet.inputs("absorption_inside", "absorption_outside")
     # products with names, since Cycles drops all of it where both absorptions are known to be 0
     in_there, out_there = from_inside * absorption_inside, (1 - from_inside) * absorption_outside

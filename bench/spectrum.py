@@ -235,6 +235,8 @@ def main():
     if options.out:
         Path(options.out).mkdir(parents=True, exist_ok=True)
     found, records = {}, {}
+    paths = [str(HERE.parent), os.environ.get("PYTHONPATH")]
+    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, paths))  # our ways to render are programs of their own
     with tempfile.TemporaryDirectory() as folder:
         job = Path(folder, "job.json")
         job.write_text(json.dumps(spectrum_scenes.job(SimpleNamespace(**vars(options), threads=THREADS))))

@@ -78,7 +78,7 @@ WAYS = {"found": (white_table, None), "traced": (traced_table, (1 << 19, 1 << 19
 
 
 def ground_in_the_sun(
-    parameters: sphere.SphereParameters, seed: int, reach: float = REACH, cells: int = CELLS
+    parameters: sphere.SphereParameters, seed: int, reach: float = REACH, cells: int = CELLS, rays: int = RAYS
 ) -> np.ndarray:
     """Irradiance (cells, cells) of the ground under the sphere of SphereParameters, its red channel, rows from +y.
 
@@ -89,7 +89,7 @@ def ground_in_the_sun(
     sun = np.asarray(sphere.TOWARDS_SUN) / np.linalg.norm(sphere.TOWARDS_SUN)
     # through the plane z = 0, all that can meet the square or the sphere
     low, high = np.array(MIDDLE) - reach - 0.3, np.array(MIDDLE) + reach + 0.3
-    side = math.isqrt(RAYS)
+    side = math.isqrt(rays)
     place = np.indices((side, side)).reshape(2, -1) + random.random((2, side**2))
     aim = np.column_stack([*(low[:, None] + place / side * (high - low)[:, None]), np.zeros(side**2)])
     towards = sun_directions(random, sun, parameters.sun_angle, side**2)

@@ -5,10 +5,20 @@ from itertools import chain
 from types import MappingProxyType
 
 from ..base.text import unknown
-from . import caustics, cube, curves, diagrams, glass, pool, sea, sphere
+from . import caustics, cube, curves, diagrams, drop, glass, pool, sea, sphere
 from .recipes import Figure, in_order
 
-MODULES = (cube, sphere, glass, pool, sea, caustics, curves, diagrams)  # each has FIGURES, a tuple of Figure
+MODULES = (
+    cube,
+    sphere,
+    glass,
+    pool,
+    sea,
+    caustics,
+    drop,
+    curves,
+    diagrams,
+)  # each has FIGURES, a tuple of Figure
 
 FIGURES = MappingProxyType(
     {

@@ -24,7 +24,7 @@ SIZE = (800, 800)  # pixels of its picture, where nothing else is asked for
 # Metres: a large drop, and small enough that its water is as good as clear; a metre of it is blue.
 RADIUS = 0.01
 # Other lengths are in radii of the drop, which is in the origin; light travels along -y.
-HOLE, HALF_WALL, SEGMENTS = 1.02, 9.0, 256
+HOLE, HALF_WALL, SEGMENTS = 1.02, 9.0, 64
 USUAL = 4.0  # distance of the wall
 EYE, ASIDE, VIEW = (5.1, -14.4, 3.5), 0.0, 5.4  # with that; where it looks, beside the hole; half of what it sees there
 FAR = 200.0  # of the camera that stands where the sun does: for it the sun's light is parallel, too
@@ -59,6 +59,9 @@ def build(parameters: DropParameters, backend: str = "auto") -> bpy.types.Scene:
         ball(stage, "Drop", (0, 0, 0), RADIUS, interface_material("Drop", parameters.liquid, backend=stage.backend))
     sun = surfaces.sun(TOWARDS_SUN, SUN_IRRADIANCE, parameters.sun_angle)
     stage.world(surfaces.sky("Room", ROOM, ROOM, glow=sun), aim=1024)
+    stage.scene.view_settings.look = "AgX - Punchy"  # a bow is pale
+    if parameters.view == "sun":  # whose own disk is what is seen then
+        stage.scene.view_settings.exposure = -math.log2(max(sun.color))
     stage.camera(*pose(parameters))
     return stage.scene
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import io
 
 import bpy
 import numpy as np
@@ -134,7 +135,9 @@ def denoised(scene: bpy.types.Scene, layers: dict[str, NDArray]) -> NDArray:
         image.set_pixels(image.roi, pixels)
         if not image.write(images.named(file)):
             raise images.cut_off(file)
-        with quiet(), bpy.context.temp_override(scene=scene, view_layer=scene.view_layers[0]):
+        # the operator says that it is done by way of Python's own standard output
+        silent = contextlib.redirect_stdout(io.StringIO())
+        with quiet(), silent, bpy.context.temp_override(scene=scene, view_layer=scene.view_layers[0]):
             try:
                 bpy.ops.cycles.denoise_animation(input_filepath=str(file), output_filepath=str(cleaned))
             except RuntimeError as error:

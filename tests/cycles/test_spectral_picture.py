@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Spectral pictures: strata are the samples of one render, colours outside of sRGB are kept, cleaned and displayed."""
 
+import sys
+
 import bpy
 import numpy as np
 import OpenImageIO as oiio
@@ -91,7 +93,7 @@ def test_colours_outside_of_srgb_are_kept_in_the_exr_and_desaturated_in_the_png(
     assert np.abs(colour.encoded(linear) - expected).max() > 0.05  # what clipping shows is another colour
 
 
-def test_the_denoiser_leaves_colours_outside_of_srgb(stage):
+def test_the_denoiser_leaves_colours_outside_of_srgb(stage, capfd):
     layers = {
         "Combined": np.broadcast_to((-0.3, 0.9, 0.2), (16, 16, 3)).copy(),
         "Denoising Albedo": np.ones((16, 16, 3)),
@@ -100,6 +102,8 @@ def test_the_denoiser_leaves_colours_outside_of_srgb(stage):
     }
     clean = spectral_picture.denoised(stage.scene, layers)
     np.testing.assert_allclose(clean.mean(axis=(0, 1)), (-0.3, 0.9, 0.2), atol=0.03)
+    sys.stdout.flush()
+    assert not capfd.readouterr().out  # which would stand among what programs read
 
 
 def test_a_denoised_picture_has_less_noise_and_the_same_mean(stage, tmp_path):

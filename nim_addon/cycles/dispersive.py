@@ -8,6 +8,7 @@ single precision, and a curve of straight lines, 1.4 nm long, where the medium i
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 
 import bpy
@@ -48,15 +49,20 @@ def is_medium_node(node: bpy.types.Node) -> bool:
 
 def medium_of(node: bpy.types.Node) -> Medium | None:
     """The medium that a node is of; None where it is of none."""
-    if not is_medium_node(node):
+    if not is_medium_node(node) or CONTENT not in node.node_tree:
         return None
+    return _read(str(node.node_tree[MARK]), str(node.node_tree[CONTENT]))
+
+
+@functools.lru_cache(maxsize=64)  # since panels ask while they are drawn
+def _read(name, content):
     try:
-        medium = Medium.parse(node.node_tree[CONTENT])
-    except (KeyError, ValueError, TypeError):
+        medium = Medium.parse(content)
+    except ValueError:
         return None
     if medium.dispersion is None:
         return None
-    return Medium.dispersive(dataclasses.replace(medium.dispersion, name=str(node.node_tree[MARK])))
+    return Medium.dispersive(dataclasses.replace(medium.dispersion, name=name))
 
 
 def remove(node: bpy.types.Node) -> None:

@@ -67,7 +67,7 @@ def found(scene: bpy.types.Scene, material: bpy.types.Material | None = None) ->
     there = known(scene)
     if there is None:
         return []
-    backends = there.backends if material is None else checks.backends([material])
+    backends = there.backends if material is None else _backends_of(material, there)
     problems = checks.setting_problems(scene, backends) if backends else []
     problems += there.problems if material is None or backends else []
     return [
@@ -75,6 +75,12 @@ def found(scene: bpy.types.Scene, material: bpy.types.Material | None = None) ->
         for problem in problems
         if material is None or problem.materials is None or material.name in problem.materials
     ]
+
+
+def _backends_of(material, there):
+    """checks.backends() of one material; what the last look knows, since a panel asks while it is drawn."""
+    known = {backend: (material.name,) for backend, names in there.backends.items() if material.name in names}
+    return known or checks.backends([material])
 
 
 def draw_problems(layout: bpy.types.UILayout, context: bpy.types.Context, problems: list[checks.Problem]) -> None:

@@ -230,9 +230,13 @@ def pose(parameters: PrismParameters) -> Pose:
     white = screen(parameters)
     x, y = white.middle.tolist()
     if parameters.view == "above":
-        middle, wide = (WALL + x + 0.03) / 2, max(abs(y) + 0.16, 0.24)
-        reach = max(x + 0.04 - WALL, 4 / 3 * wide)
-        return Pose((middle, y / 2, 1.5), (middle, y / 2 + 1e-4, 0.0), 2 * math.degrees(math.atan(reach / 2 / 1.5)))
+        # from the wall to the whole of the screen, which stands aslant
+        ends = white.middle + np.outer((-0.5, 0.5), white.width * white.along)
+        low, high = np.minimum(ends.min(axis=0), (WALL, -0.05)), np.maximum(ends.max(axis=0), (0.0, 0.05))
+        middle = ((low + high) / 2).tolist()
+        reach = 1.06 * max(high[0] - low[0], SIZE[0] / SIZE[1] * (high[1] - low[1]))
+        target = (middle[0], middle[1] + 1e-4, 0.0)
+        return Pose((*middle, 1.5), target, 2 * math.degrees(math.atan(reach / 2 / 1.5)))
     if parameters.view == "screen":
         back = min(0.36, max(0.2, 0.5 * white.width))
         eye = white.middle + back * white.facing

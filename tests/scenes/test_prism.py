@@ -137,5 +137,8 @@ def test_views_show_what_they_are_of(medium):
         middle = screen(parameters).middle
         shown = [(0.0, 0.0, 0.02)] if view == "through" else [(*middle.tolist(), 0.02)]
         shown += [(0.0, 0.0, 0.02)] if view in ("side", "above") else []
+        if view == "above":
+            board = screen(parameters)
+            shown += [(*(middle + side * board.width * board.along).tolist(), 0.0) for side in (-0.5, 0.5)]
         for column, row in camera.pixels_of(shown):
             assert 0 < column < scene_of.SIZE[0] and 0 < row < scene_of.SIZE[1], view

@@ -109,7 +109,8 @@ class Measured:
         self.error = self.noise if truths is None else record.error_to(truths)
         if truths is not None:
             means = np.array([blocks(picture) for picture in record.pictures])
-            self.chance = math.sqrt(np.mean(means.var(0, ddof=1)) / len(means))
+            own = np.mean(np.square(blocks(truths[0]) - blocks(truths[1]))) / 4  # the truth's, of the mean of two
+            self.chance = math.sqrt(np.mean(means.var(0, ddof=1)) / len(means) + own)
             self.off = math.sqrt(np.mean(np.square(means.mean(0) - blocks(np.mean(truths, axis=0)))))
 
     @property

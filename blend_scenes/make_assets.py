@@ -118,7 +118,7 @@ def main(folder):
     catalog = catalogs()
     stage = stand()
     made = []
-    ball = sphere.ball(stage, "Ball", (0, 0, 1.001), 1.0, None)
+    ball = sphere.ball(stage, "Ball", (0, 0, 1.001), 1.0, bpy.data.materials.new("Bare"))
     for name, medium, description in MATERIALS:
         material = interface_material(name, MEDIA[medium], backend="nodes")
         ball.data.materials.clear()

@@ -13,6 +13,8 @@ import bpy
 from numpy.typing import ArrayLike
 
 from ..cycles.closures import INTERFACE, closure_of_node
+from ..cycles.closures.closure import handles
+from ..cycles.closures.interface import Optics
 from ..cycles.material import interface_of, is_rough
 from ..cycles.nodes import Nodes, empty_tree
 from ..cycles.object_values import attributes_of, carry
@@ -173,8 +175,8 @@ class Bending:
 
     def _optics(self):
         """The group of the interface in Blender's nodes, with switches for its tint and for what crossings count."""
-        group = bpy.data.node_groups.new("NIM photons", "ShaderNodeTree")
-        optics = INTERFACE.build(group, "nodes")
+        group = INTERFACE.new_copy("NIM photons")
+        optics = Optics(**handles(group))
         item = group.interface.new_socket(THROUGH, in_out="INPUT", socket_type="NodeSocketColor")
         item.default_value = (1.0, 1.0, 1.0, 1.0)
         nodes = Nodes(group)
@@ -182,14 +184,14 @@ class Bending:
         _unlinked(optics.glass_or_not.inputs[0]).default_value = 0.0
         # where no ray goes on all are mirrored, and what the surface absorbs of them is counted apart, as on the way to it
         clear = nodes.math("SUBTRACT", 1.0, switch(nodes, "tinted"))
-        mirrored = nodes.math("MULTIPLY", optics.stops, clear)
+        mirrored = nodes.math("MULTIPLY", optics.stops.outputs[0], clear)
         R, lost = (node.inputs[0] for node in (optics.reflected_or_not, optics.absorbed_or_not))
         nodes.feed(R, nodes.math("MAXIMUM", fed(R), mirrored))
         nodes.feed(lost, nodes.math("MULTIPLY", fed(lost), switch(nodes, "tinted")))
         tint = optics.reflected.inputs["Color"].links[0].from_socket
         through = nodes.vector("MULTIPLY", tint, nodes.add("NodeGroupInput").outputs[THROUGH])
         reflected, passed = (nodes.mix(switch(nodes, "tinted"), WHITE, color) for color in (tint, through))
-        count = _count(nodes, nodes.math("POWER", optics.q_squared, POWER))
+        count = _count(nodes, nodes.math("POWER", optics.q_squared.outputs[0], POWER))
         counted = nodes.mix(switch(nodes, "counted"), passed, count)
         nodes.feed(optics.reflected.inputs["Color"], reflected)
         for node in (optics.refraction, optics.portal):

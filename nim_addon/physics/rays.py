@@ -300,12 +300,14 @@ def _split(sides: _Sides, front: _Front, point: NDArray, normal: NDArray, parent
     if not interface.is_complex:  # with loss, what is neither reflected nor goes on is absorbed at once
         R = np.where(passes, R, 1.0)
     away = np.where(from_inside, -gap, gap)[:, None] * normal  # back to the side the rays came from
-    behind = [np.where(from_inside, *pair) for pair in (sides.n, sides.alpha)]
-    ahead = [np.where(from_inside, *pair[::-1]) for pair in (sides.n, sides.alpha)]
+    n, n_ahead = (np.where(from_inside, *pair) for pair in (sides.n, sides.n[::-1]))
+    alpha, alpha_ahead = (np.where(from_inside, *pair) for pair in (sides.alpha, sides.alpha[::-1]))
     kinds = np.full_like(parent, Kind.REFLECTED), np.full_like(parent, Kind.TRANSMITTED)
     return [
-        _Front(point, point + away, mirrored, front.energy * R, *behind, kinds[0], front.ray, parent),
-        _Front(point, point - away, refracted, front.energy * (1 - R), *ahead, kinds[1], front.ray, parent),
+        _Front(point, point + away, mirrored, front.energy * R, n, alpha, kinds[0], front.ray, parent),
+        _Front(
+            point, point - away, refracted, front.energy * (1 - R), n_ahead, alpha_ahead, kinds[1], front.ray, parent
+        ),
     ]
 
 

@@ -204,9 +204,9 @@ def _number(field, value):
     return number
 
 
-def _index(field, value):
+def _index(field, value: Any):
     if isinstance(value, Medium) or np.iscomplexobj(value) or (isinstance(value, str) and not _is_number(value)):
-        medium = Medium(value) if np.iscomplexobj(value) else _medium(value)
+        medium: Medium = Medium(value) if np.iscomplexobj(value) else _medium(value)
         _number(field, medium.n)
         return medium
     return _number(field, value)

@@ -125,7 +125,8 @@ def way(parameters: PrismParameters, n: float, offset: float = 0.0, turn: float 
     if parameters.medium is None:
         return Way(np.array([0.0, offset]), turn)
     n = index_along(n, parameters.slope)
-    apex, incidence = math.radians(parameters.apex), math.radians(parameters.incidence) + turn
+    apex, incidence = _angles(parameters)
+    incidence += turn
     sine = math.sin(incidence) / n
     turned = float(prism(n, apex, incidence))
     if abs(sine) > 1 or math.isnan(turned):
@@ -145,12 +146,19 @@ def way(parameters: PrismParameters, n: float, offset: float = 0.0, turn: float 
     return Way(entry + length * inside, turn - turned)
 
 
+def _angles(parameters: PrismParameters) -> tuple[float, float]:
+    """Apex and incidence, radians, which are chosen where there is a medium."""
+    assert parameters.apex is not None and parameters.incidence is not None
+    return math.radians(parameters.apex), math.radians(parameters.incidence)
+
+
 def outline(parameters: PrismParameters) -> NDArray:
     """The prism's corners (3, 2) from above: its apex, and its base's on the side where light leaves and where it enters."""
-    half = math.radians(parameters.apex) / 2
+    apex, incidence = _angles(parameters)
+    half = apex / 2
     corners = np.array([(0, 1), (2, -1), (-2, -1)]) * SIDE / 2 * [math.sin(half), math.cos(half)]
     corners -= (corners[0] + corners[2]) / 2  # the middle of the first face
-    turn = half - math.radians(parameters.incidence)
+    turn = half - incidence
     rotation = np.array([[math.cos(turn), -math.sin(turn)], [math.sin(turn), math.cos(turn)]])
     return corners @ rotation.T
 
@@ -167,7 +175,7 @@ class Screen(NamedTuple):
     def place(self, way: Way) -> float:
         """Where light meets the screen, metres from its middle along it."""
         ahead = np.array([math.cos(way.angle), math.sin(way.angle)])
-        reach = (way.start - self.middle) @ self.facing / -(ahead @ self.facing)
+        reach = float((way.start - self.middle) @ self.facing) / -float(ahead @ self.facing)
         return float((way.start + reach * ahead - self.middle) @ self.along)
 
 

@@ -66,7 +66,7 @@ def test_summary_is_json(checks):
     ("right", "wrong", "caught"),
     [
         # the tangential part of the bend with the sign of a positive index
-        ("(q * cos_i - cos_t) * n - q * I", "(abs(q) * cos_i - cos_t) * n - abs(q) * I", "landing"),
+        ("(q * cos_i - cos_t) * m - q * I", "(abs(q) * cos_i - cos_t) * m - abs(q) * I", "landing"),
         # impedance without permeability
         ("float Z_t = fabs((from_inside ? mu_outside : mu_inside) / n_t)", "float Z_t = fabs(1.0 / n_t)", "R"),
         # the two sides of the face exchanged

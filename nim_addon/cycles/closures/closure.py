@@ -14,12 +14,13 @@ from typing import Any, NamedTuple
 
 import bpy
 
-from . import script
+from . import script, template
 from .backends import resolve
 from .formulas import Sheet
 
 # The custom property that holds which form of sockets and optics a group was filled with; what has none is of the first.
 VERSION_MARK = "nim_version"
+HANDLE = "nim_handle"  # of a node that the twin names, for handles() to find
 
 
 class Socket(NamedTuple):
@@ -129,8 +130,19 @@ class Closure:
 
     def new_group(self, backend: str) -> bpy.types.NodeTree:
         """A further group of that backend, "osl" or "nodes", whose shader is not compiled yet."""
-        group = bpy.data.node_groups.new(self.group_name(backend), "ShaderNodeTree")
-        self._fill(group, backend)
+        group = template.load(self) if backend == "nodes" else None
+        if group is None:
+            group = bpy.data.node_groups.new(self.group_name(backend), "ShaderNodeTree")
+            self._fill(group, backend)
+            if backend == "nodes":
+                template.keep(self, group)
+        return group
+
+    def new_copy(self, name: str) -> bpy.types.NodeTree:
+        """A group in nodes of that name that is none of this closure's, for others to change; see handles()."""
+        group = self.new_group("nodes")
+        del group[self.shader], group[VERSION_MARK]
+        group.name = name
         return group
 
     def refill(self, group: bpy.types.NodeTree) -> None:
@@ -165,7 +177,10 @@ class Closure:
         group.nodes.clear()
         if backend == "osl":
             return script.fill(group, self.shader, self.sockets, self.outputs)
-        return self.twin(Sheet(group, {socket.identifier: socket.name for socket in self.sockets}))
+        made = self.twin(Sheet(group, {socket.identifier: socket.name for socket in self.sockets}))
+        for name, node in made._asdict().items() if made else ():
+            node[HANDLE] = name
+        return made
 
     def _give_sockets(self, group):
         types = {item.name: item.type for item in (*self.sockets, *self.outputs)}
@@ -223,6 +238,11 @@ class Closure:
         for node in nodes:
             node.node_tree = group
         return len(nodes)
+
+
+def handles(group: bpy.types.NodeTree) -> dict[str, bpy.types.Node]:
+    """The nodes of a group in nodes that its closure's twin names, by their names."""
+    return {node[HANDLE]: node for node in group.nodes if HANDLE in node}
 
 
 def version_of(group: bpy.types.NodeTree) -> int:

@@ -36,8 +36,8 @@ from .formulas import (
 class Optics(NamedTuple):
     """What others may change in a group of the interface in nodes (caustics.bending does, in one of its own).
 
-    q_squared:                     output of (n_i / n_t)^2
-    stops:                         output that is 1 where what is not reflected is absorbed in the surface, else 0
+    q_squared:                     node of (n_i / n_t)^2
+    stops:                         node that gives 1 where what is not reflected is absorbed in the surface, else 0
     reflected, refraction, portal: nodes of the closures that mirror light, and that let it through where the signs of the
                                    indices agree and where they differ; Color is the tint
     reflected_or_not:              node of the mix of these, whose factor is R
@@ -45,8 +45,8 @@ class Optics(NamedTuple):
     absorbed_or_not:               node of the mix of that, and of nothing; its factor is what absorption takes
     """
 
-    q_squared: bpy.types.NodeSocket
-    stops: bpy.types.NodeSocket
+    q_squared: bpy.types.Node
+    stops: bpy.types.Node
     reflected: bpy.types.Node
     refraction: bpy.types.Node
     portal: bpy.types.Node
@@ -277,8 +277,8 @@ def _twin(sheet: Sheet) -> Optics:
     sheet.name(locals())
     sheet.end(BSDF)
     return Optics(
-        (q * q).socket,
-        lossy.stops.socket,
+        (q * q).node,
+        lossy.stops.node,
         reflected.node,
         refraction.node,
         portal.node,

@@ -86,7 +86,7 @@ def test_a_wrong_closure_fails(monkeypatch, right, wrong, caught):
 @pytest.mark.parametrize(
     ("right", "wrong", "measure", "caught"),
     [
-        ("exp(-alpha * way)", "exp(-0.99 * alpha * way)", verify.measure_slabs, "slab"),
+        ("exp(-per_metre * way)", "exp(-0.99 * per_metre * way)", verify.measure_slabs, "slab"),
         ("min(0.5 * (R_s + R_p), 1.0)", "min(0.501 * (R_s + R_p), 1.0)", verify.measure_losses, "R"),
         # k of the two sides exchanged
         ("cx c_inside = cx(n_inside, k_inside)", "cx c_inside = cx(n_inside, k_outside)", verify.measure_losses, "R"),

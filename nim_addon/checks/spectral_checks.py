@@ -10,7 +10,7 @@ from ..cycles.animation import curves_of
 from ..cycles.closures import SHUTTER
 from ..cycles.closures.backends import osl_available
 from ..cycles.nodes import Owner
-from ..cycles.problem import Problem
+from ..cycles.problem import LINKED, Problem
 from ..cycles.visibility import asked, has_nodes
 from .sight import Sight
 
@@ -101,14 +101,15 @@ def _volumes(sight):
 
 def _light(sight):
     """What shines without the weight of its wavelength, or has come, or moved, since the scene was set up."""
-    names = [material.name for material in _shining(sight) if spectral.unweighted(material)]
-    names += [lamp.name for lamp in sight.lamps if spectral.unweighted(lamp.data)]
-    if sight.scene.world and spectral.unweighted(sight.scene.world):
-        names.append(sight.scene.world.name)
+    owners = {*_shining(sight), *(lamp.data for lamp in sight.lamps), sight.scene.world} - {None}
+    white = [owner for owner in owners if spectral.unweighted(owner)]
     found = []
-    if names:
-        text = "{names}: its light has no wavelengths, and stays white where it is bent by what disperses."
-        found.append(Problem("white_light", (text,), {"names": ", ".join(sorted(names))}, "Set up anew"))
+    for linked in (False, True):
+        names = sorted(owner.name for owner in white if bool(owner.library) == linked)
+        if names:
+            text = "{names}: its light has no wavelengths, and stays white where it is bent by what disperses."
+            texts, remedy = ((text, LINKED), None) if linked else ((text,), "Set up anew")
+            found.append(Problem("white_light", texts, {"names": ", ".join(names)}, remedy))
     telling = {lamp for lamp in sight.lamps if _tells_by_nodes(lamp.data)}
     for shown in sight.shown:
         if shown.single and any(material and _tells_by_nodes(material) for material in shown.materials):

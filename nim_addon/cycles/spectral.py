@@ -17,6 +17,7 @@ import mathutils
 
 from ..physics import REPRESENTATIVE_NM
 from . import absorption, wavelength
+from .animation import curves_of
 from .closures import INTERFACE
 from .closures.backends import device_runs_osl, osl_available, resolve
 from .closures.shutter import DRIFT, DRIFTS, REST
@@ -44,6 +45,7 @@ __all__ = [
 
 MARK = "nim_spectral"  # of a scene: what its settings were; of nodes: that they are ours
 DONE = "nim_spectral_done"  # of a scene: the numbers of Done
+FORMER = "nim_spectral_former"  # of an object that drifts: the axis of its delta location that does, and what that was
 HELD = "nim_spectral_held"  # of an object: it had motion blur, and has none as long as its scene is spectral
 DIM = "nim_spectral_dim"  # of a material: whether its triangles are lamps was for Cycles to choose
 LAMP = 0.5  # of light, from which on Cycles makes lamps of triangles (Shader::estimate_emission)
@@ -229,7 +231,12 @@ def _owners(scene) -> Iterator[Owner]:
 
 
 def _weigh(owner: Owner, backend: str) -> bool:
-    """Multiply all that shines in a material, lamp or sky by the weight of the wavelength; returns whether anything does."""
+    """Multiply all that shines in a material, lamp or sky by the weight of the wavelength; returns whether anything does.
+
+    What is linked from another file stays as it is.
+    """
+    if owner.library:
+        return False
     if not uses_nodes(owner):
         if isinstance(owner, bpy.types.Material):
             return False  # plain ones do not shine
@@ -237,9 +244,10 @@ def _weigh(owner: Owner, backend: str) -> bool:
     colours = _colours(owner)
     if isinstance(owner, bpy.types.Material) and owner.cycles.emission_sampling == "AUTO" and _is_dim(colours):
         owner[DIM], owner.cycles.emission_sampling = True, "NONE"
-    for node, colour in colours:
+    own = [(node, colour) for node, colour in colours if not node.id_data.library]
+    for node, colour in own:
         _weigh_socket(node.id_data, node, colour, backend)
-    return bool(colours)
+    return bool(own)
 
 
 def _is_dim(colours) -> bool:
@@ -365,24 +373,39 @@ def let_drift(scene: bpy.types.Scene, objects: Iterable[bpy.types.Object]) -> No
 
     They stand DRIFT metres off where they did, for as long: Blender 5 does not see the drift of what begins it at 0.
     """
-    objects = [obj for obj in objects if not is_at_rest(obj)]
+    objects = [obj for obj in objects if not (is_at_rest(obj) or obj.library)]
     for obj in objects:
         _release(obj)
-        up = mathutils.Vector((0, 0, 1))
+        axis = _free_axis(obj)
+        if axis is None:
+            continue
+        way = mathutils.Vector.Fill(3)
+        way[axis] = 1
         if obj.parent:
-            up = (obj.parent.matrix_world @ obj.matrix_parent_inverse).to_3x3() @ up
-        step = DRIFT / (up.length or math.inf)
-        driver = obj.driver_add("delta_location", 2).driver
-        driver.expression = f"(frame - floor(frame)) * {step / SHUTTER_TIME:.9g} + {step:.9g}"
+            way = (obj.parent.matrix_world @ obj.matrix_parent_inverse).to_3x3() @ way
+        step = DRIFT / (way.length or math.inf)
+        obj[DRIFTS], obj[FORMER] = 1.0, [axis, obj.delta_location[axis]]
+        driver = obj.driver_add("delta_location", axis).driver
+        start = obj.delta_location[axis] + step
+        driver.expression = f"(frame - floor(frame)) * {step / SHUTTER_TIME:.9g} + {start:.9g}"
+    objects = [obj for obj in objects if DRIFTS in obj]
     if objects:
         with as_rendered(scene) as depsgraph:
             for obj in objects:
-                obj[REST], obj[DRIFTS] = list(obj.evaluated_get(depsgraph).matrix_world.translation), 1.0
+                obj[REST] = list(obj.evaluated_get(depsgraph).matrix_world.translation)
+
+
+def _free_axis(obj) -> int | None:
+    """An axis of an object's delta location that no keyframe and no driver moves; None where each has one."""
+    drivers = obj.animation_data.drivers if obj.animation_data else ()
+    moved = {curve.array_index for curve in drivers if curve.data_path == "delta_location"}
+    moved |= {curve.array_index for curve, _ in curves_of(obj) if curve.data_path == "delta_location"}
+    return next((axis for axis in (2, 1, 0) if axis not in moved), None)
 
 
 def is_at_rest(obj: bpy.types.Object) -> bool:
     """Whether an object drifts, and stands where it did when it was let."""
-    return DRIFTS in obj and (obj.matrix_world.translation - mathutils.Vector(obj[REST])).length < DRIFT / 4
+    return REST in obj and (obj.matrix_world.translation - mathutils.Vector(obj[REST])).length < DRIFT / 4
 
 
 def drifts(scene: bpy.types.Scene) -> bool:
@@ -396,6 +419,8 @@ def _release(obj):
         obj.cycles.use_motion_blur = True
         del obj[HELD]
     if DRIFTS in obj:
-        obj.driver_remove("delta_location", 2)
-        obj.delta_location[2] = 0
-        del obj[REST], obj[DRIFTS]
+        axis, former = obj[FORMER]
+        obj.driver_remove("delta_location", int(axis))
+        obj.delta_location[int(axis)] = former
+        for name in (REST, DRIFTS, FORMER):
+            obj.pop(name, None)

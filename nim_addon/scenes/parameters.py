@@ -204,12 +204,15 @@ def _number(field, value):
     return number
 
 
-def _index(field, value: Any):
-    if isinstance(value, Medium) or np.iscomplexobj(value) or (isinstance(value, str) and not _is_number(value)):
-        medium: Medium = Medium(value) if np.iscomplexobj(value) else _medium(value)
-        _number(field, medium.n)
-        return medium
-    return _number(field, value)
+def _index(field, value):
+    if isinstance(value, Medium) or (isinstance(value, str) and not _is_number(value)):
+        medium = _medium(value)
+    elif np.iscomplexobj(value):
+        medium = Medium(value)
+    else:
+        return _number(field, value)
+    _number(field, medium.n)
+    return medium
 
 
 def _is_number(text):

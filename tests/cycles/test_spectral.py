@@ -208,3 +208,32 @@ def test_an_interface_takes_a_medium_that_disperses(empty_file, backend):
     for side in ("Inside", "Outside"):
         set_medium(node, side, Medium(-1.5, -3))
     assert interface_of(node) == Interface(Medium(-1.5, -3), Medium(-1.5, -3)) and len(material.node_tree.nodes) == 2
+
+
+def test_what_a_person_moved_by_a_delta_is_where_it_was(stage):
+    """The drift goes along an axis that nothing else moves, from where that stands; and all is given back."""
+    obj, _ = glowing(stage, "Light", (1, 2, 0.5))
+    obj.delta_location = (0.25, 0.5, 0.75)
+    obj.driver_add("delta_location", 2).driver.expression = "0.75"
+    spectral.set_up(stage.scene, "nodes")
+    stage.scene.view_layers[0].update()
+    np.testing.assert_allclose(obj.matrix_world.translation, (1.25, 2.5, 1.25), atol=3e-4)
+    assert spectral.is_at_rest(obj) and len(obj.animation_data.drivers) == 2
+    spectral.undo(stage.scene)
+    stage.scene.view_layers[0].update()
+    np.testing.assert_allclose(obj.matrix_world.translation, (1.25, 2.5, 1.25), atol=1e-6)
+    assert len(obj.animation_data.drivers) == 1 and not any(key.startswith("nim_spectral") for key in obj)
+
+
+def test_what_is_linked_from_another_file_stays_as_it_is(stage, tmp_path):
+    obj, _ = glowing(stage, "Light", (1, 2, 0.5))
+    bpy.data.libraries.write(str(tmp_path / "other.blend"), {obj})
+    bpy.data.objects.remove(obj)
+    with bpy.data.libraries.load(str(tmp_path / "other.blend"), link=True) as (_, wanted):
+        wanted.objects = ["Light"]
+    (linked,) = wanted.objects
+    stage.collection.objects.link(linked)
+    for backend in ("osl", "nodes"):
+        assert spectral.set_up(stage.scene, backend).materials == 0
+        assert linked.animation_data is None and spectral.unweighted(linked.data.materials[0])
+    spectral.undo(stage.scene)

@@ -222,7 +222,7 @@ def test_what_a_person_moved_by_a_delta_is_where_it_was(stage):
     spectral.undo(stage.scene)
     stage.scene.view_layers[0].update()
     np.testing.assert_allclose(obj.matrix_world.translation, (1.25, 2.5, 1.25), atol=1e-6)
-    assert len(obj.animation_data.drivers) == 1 and not any(key.startswith("nim_spectral") for key in obj)
+    assert len(obj.animation_data.drivers) == 1 and not any(key.startswith("nim_spectral") for key in dict(obj.items()))
 
 
 def test_what_is_linked_from_another_file_stays_as_it_is(stage, tmp_path):

@@ -44,7 +44,8 @@ def lit(scene):
     for obj in [obj for obj in scene.objects if obj.type == "MESH" and obj.name != "Sphere"]:
         scene.collection.children[0].objects.unlink(obj)
     scene.world = bpy.data.worlds.new("Lit")
-    scene.world.use_nodes = True
+    if scene.world.node_tree is None:  # from 5.0 on there is one
+        scene.world.use_nodes = True
     scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (*SKY, 1)
 
 

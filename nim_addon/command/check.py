@@ -7,6 +7,7 @@ import sys
 
 from ..base import records
 from ..base.files import whole
+from ..base.signals import leave
 from . import doctor
 
 
@@ -24,3 +25,4 @@ def main(target: str) -> None:
 
 if __name__ == "__main__":
     main(*sys.argv[1:])
+    leave(0)  # Blender as a module may wait for itself for good at its own end

@@ -333,7 +333,9 @@ def test_what_is_not_rendered_or_no_nim_is_no_problem(scene):
 def test_the_scenes_have_no_problem(empty_file, name):
     scene_type = SCENES[name]
     scene = scene_type.build(scene_type.parameters(), "nodes")
-    assert any(asked_interfaces(material) for material in bpy.data.materials) and codes(scene) == []
+    # the prism and the drop disperse, which a render of one wavelength does not show
+    expected = ["one_wavelength"] if name in ("prism", "drop") else []
+    assert any(asked_interfaces(material) for material in bpy.data.materials) and codes(scene) == expected
 
 
 def test_large_meshes_are_measured_when_asked(scene, press, monkeypatch):

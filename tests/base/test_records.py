@@ -15,7 +15,7 @@ from nim_addon.cycles.images import RECORD_ATTRIBUTE, read_metadata
 RECORD = {
     "nimray": VERSION,
     "scene": "sphere",
-    "parameters": {"n": -1.5, "mu": -1.0, "companions": False, "sun_angle": 16.0},
+    "parameters": {"n": -1.5, "mu": -1.0, "roughness": 0.0, "companions": False, "sun_angle": 16.0},
     "size": [16, 12],
     "samples": 1,
     "seed": 0,

@@ -32,7 +32,7 @@ def test_render_info_again(nimray, tmp_path):
 
     info = json.loads(nimray("info", first, "--json").stdout)
     assert info["scene"] == "sphere"
-    assert info["parameters"] == {"n": -1.33, "mu": -1.0, "companions": True, "sun_angle": 16.0}
+    assert info["parameters"] == {"n": -1.33, "mu": -1.0, "roughness": 0.0, "companions": True, "sun_angle": 16.0}
     assert (info["size"], info["samples"], info["seed"], info["denoise"]) == ([32, 24], 4, 7, False)
 
     again = nimray("render", "--again", first, "--out", tmp_path / "b", "--quiet")

@@ -108,7 +108,7 @@ def test_what_is_usual_is_recorded():
     assert record == {
         "nimray": VERSION,
         "scene": "sphere",
-        "parameters": {"n": 1.5, "mu": 1.0, "companions": False, "sun_angle": 16.0},
+        "parameters": {"n": 1.5, "mu": 1.0, "roughness": 0.0, "companions": False, "sun_angle": 16.0},
         "size": [800, 600],
         "samples": 128,
         "seed": 0,
@@ -135,7 +135,9 @@ def test_what_an_earlier_version_recorded_is_read(tmp_path, empty_file):
         "blender": "4.5.15 LTS",
     }
     asked = Request.from_record(record)
-    assert {**asked.record(), "nimray": "0.1.0", "blender": "4.5.15 LTS"} == record
+    # what it did not know yet is as it was then
+    now = {**record, "parameters": {**record["parameters"], "roughness": 0.0}}
+    assert {**asked.record(), "nimray": "0.1.0", "blender": "4.5.15 LTS"} == now
     made = asked.render(tmp_path, "one")
     assert Request.again(made.png) == (asked, made.record)
 

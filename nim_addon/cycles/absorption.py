@@ -8,7 +8,6 @@ it is of.
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterator
 
 import bpy
@@ -46,7 +45,7 @@ def absorb(output: bpy.types.Node, medium: Medium, nm: float = REPRESENTATIVE_NM
     tree = output.id_data
     node = tree.nodes.new("ShaderNodeVolumeAbsorption")
     node.location = (output.location.x - 260, output.location.y - 280)
-    node[MARK] = _content(medium)
+    node[MARK] = medium.content
     tree.links.new(node.outputs[0], output.inputs["Volume"])
     _show_one(node, medium, nm)
     return node
@@ -104,7 +103,7 @@ def _coefficients(medium, nm):
     """
     if medium.dispersion is None:
         return np.full(np.shape(nm), medium.absorption())
-    return 4 * np.pi * medium.spectrum(nm)[0].imag / (nm * 1e-9)
+    return medium.absorptions(nm)
 
 
 def _show(node, alpha):
@@ -114,10 +113,3 @@ def _show(node, alpha):
     for socket, value in ((node.inputs["Density"], density), (node.inputs["Color"], colour)):
         if np.any(np.float32(value) != np.float32(socket.default_value)):
             socket.default_value = value
-
-
-def _content(medium: Medium) -> str:
-    """A text that holds all of a medium, without the file or the catalogue that it is of."""
-    if medium.dispersion is None:
-        return str(medium)
-    return str(dataclasses.replace(medium.dispersion, name=None))

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-import math
 
 import bpy
 import numpy as np
@@ -100,18 +99,13 @@ def switch(material: bpy.types.Material, backend: str) -> int:
     return count
 
 
-def _content(medium: Medium) -> str:
-    assert medium.dispersion is not None
-    return str(dataclasses.replace(medium.dispersion, name=None))
-
-
 def _group(medium: Medium, backend: str) -> bpy.types.NodeTree:
     """The group of that medium and backend in this file, made on first use."""
     if medium.dispersion is None:
         raise ValueError(
             f"{medium} is the same at all wavelengths, so it needs no node; set its numbers in the interface."
         )
-    content = _content(medium)
+    content = medium.content
     for tree in bpy.data.node_groups:
         if tree.get(CONTENT) == content and tree.get(BACKEND) == backend and not tree.library:
             return tree
@@ -124,7 +118,7 @@ def _group(medium: Medium, backend: str) -> bpy.types.NodeTree:
     path = wavelength.new_node(tree, backend)
     nodes.added.append(path)
     path = path.outputs[wavelength.WAVELENGTH]
-    functions = (n.real, n.imag, mu.real, mu.imag, 4 * math.pi * n.imag / (nm * 1e-9))
+    functions = (n.real, n.imag, mu.real, mu.imag, medium.absorptions(nm))
     units = ("", "", "", "", ", per metre")
     for name, unit in zip(OUTPUTS, units, strict=True):
         socket = tree.interface.new_socket(name, in_out="OUTPUT", socket_type="NodeSocketFloat")

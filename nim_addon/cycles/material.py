@@ -239,8 +239,7 @@ def absorbs(node: bpy.types.Node, side: str, path: tuple = ()) -> float:
         return 0.0
     links = socket.links
     if links and (dispersed := dispersive.medium_of(links[0].from_node)):
-        nm = np.linspace(*VISIBLE_NM, 15)
-        return float((4e9 * math.pi * dispersed.spectrum(nm)[0].imag / nm).max())
+        return float(dispersed.absorptions(np.linspace(*VISIBLE_NM, 15)).max())
     alpha = number_of(socket, path)
     return math.inf if alpha is None else alpha
 

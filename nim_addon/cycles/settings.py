@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import bpy
 
@@ -126,7 +126,7 @@ def mend(scene: bpy.types.Scene, problem: Problem) -> None:
     """Set what the Loss of that problem's code is about to what loses nothing."""
     (values,) = (loss.values for loss in LOSSES if loss.code == problem.code)
     for path, value in values.items():
-        _put(scene, path, value)
+        put(scene, path, value)
 
 
 def lossless(scene: bpy.types.Scene, backend: str) -> None:
@@ -134,10 +134,10 @@ def lossless(scene: bpy.types.Scene, backend: str) -> None:
 
     backend: "osl" or "nodes" (closures.backends.resolve)
     """
-    _put(scene, "render.engine", "CYCLES")
+    put(scene, "render.engine", "CYCLES")
     for loss in LOSSES:
         for path, value in loss.values.items():
-            _put(scene, path, value)
+            put(scene, path, value)
     cycles = scene.cycles
     cycles.device = "CPU"
     cycles.shading_system = backend == "osl"
@@ -146,7 +146,8 @@ def lossless(scene: bpy.types.Scene, backend: str) -> None:
     scene.render.use_sequencer = False
 
 
-def _put(scene, path, value):
+def put(scene: bpy.types.Scene, path: str, value: Any) -> None:
+    """Give the setting at a path from a scene, such as "cycles.samples", a value, if it has another."""
     owner, _, name = path.partition(".")
     if scene.path_resolve(path) != value:  # setting it stops Cycles' previews, and waits for them, for nothing
         setattr(getattr(scene, owner), name, value)

@@ -22,6 +22,7 @@ from .closures import INTERFACE
 from .closures.backends import device_runs_osl, osl_available, resolve
 from .closures.shutter import DRIFT, DRIFTS, REST
 from .nodes import Owner, uses_nodes
+from .settings import put
 from .visibility import CAUSTICS_MARK, as_rendered, asked, lamps, shown
 from .wavelength import set_stratum
 
@@ -132,7 +133,7 @@ def set_up(scene: bpy.types.Scene, backend: str = "auto") -> Done:
     for material in materials:
         absorption.show_colours(material)
     if backend == "osl" or (weighed.sky and above == "osl"):
-        _put(scene, "cycles.shading_system", True)
+        put(scene, "cycles.shading_system", True)
     drifting = list(dict.fromkeys((*meshes, *shining))) if backend == "nodes" else []
     for obj in set(scene.objects).union(meshes, shining).difference(drifting):
         hold(obj)
@@ -144,7 +145,7 @@ def set_up(scene: bpy.types.Scene, backend: str = "auto") -> Done:
 def open_shutter(scene: bpy.types.Scene) -> None:
     """Set a scene so that each path has a time of its own, which is its wavelength."""
     for path, value in SETTINGS.items():
-        _put(scene, path, value)
+        put(scene, path, value)
     _flatten(scene)
 
 
@@ -167,7 +168,7 @@ def undo(scene: bpy.types.Scene) -> None:
         if path == "curve":
             _draw(scene.render.motion_blur_shutter_curve, value)
         else:
-            _put(scene, path, value)
+            put(scene, path, value)
     del scene[MARK]
     scene.pop(DONE, None)
     for owner in {*_owners(scene)}:
@@ -188,12 +189,6 @@ def _keep_settings(scene):
         (tuple(point.location), point.handle_type) for point in scene.render.motion_blur_shutter_curve.curves[0].points
     ]
     scene[MARK] = json.dumps({path: scene.path_resolve(path) for path in KEPT} | {"curve": curve})
-
-
-def _put(scene, path, value):
-    owner, _, name = path.partition(".")
-    if scene.path_resolve(path) != value:
-        setattr(getattr(scene, owner), name, value)
 
 
 def is_flat(scene: bpy.types.Scene) -> bool:

@@ -273,29 +273,30 @@ def _landing(labels, angle, seen, block):
     return [_within("landing", labels, angle, math.tan(theta_t), landing, LANDING_TOLERANCE)]
 
 
-def measure_angle(angle: float, backend: str) -> list[Check]:
-    """R and landing points of all PAIRS from both sides, for a beam at an angle in degrees; backend: "osl" or "nodes"."""
-    views = [(interface, flipped) for interface in PAIRS for flipped in (False, True)]
-    checks = []
+def _reflected(views, angle, backend):
+    """The Check of R, the labels, the Interface as it is seen, and the pixels, of each view."""
     for (interface, flipped), block in zip(views, _flat(views, angle, backend), strict=True):
         labels = _labels(interface, flipped)
         seen = interface.reversed() if flipped else interface
         R = float(seen.fresnel(math.cos(math.radians(angle))).R)
-        checks.append(_reflectance("R", labels, angle, R, block[..., 0].ravel()))
-        checks += _landing(labels, angle, seen, block)
+        yield _reflectance("R", labels, angle, R, block[..., 0].ravel()), labels, seen, block
+
+
+def measure_angle(angle: float, backend: str) -> list[Check]:
+    """R and landing points of all PAIRS from both sides, for a beam at an angle in degrees; backend: "osl" or "nodes"."""
+    checks = []
+    for check, labels, seen, block in _reflected(
+        [(pair, flipped) for pair in PAIRS for flipped in (False, True)], angle, backend
+    ):
+        checks += [check, *_landing(labels, angle, seen, block)]
     return checks
 
 
 def measure_losses(angle: float, backend: str) -> list[Check]:
     """R of the LOSSY media from both sides, and that nothing passes; the same arguments."""
-    views = _views(LOSSY)
     checks = []
-    for (interface, flipped), block in zip(views, _flat(views, angle, backend), strict=True):
-        labels = _labels(interface, flipped)
-        seen = interface.reversed() if flipped else interface
-        R = float(seen.fresnel(math.cos(math.radians(angle))).R)
-        checks.append(_reflectance("R", labels, angle, R, block[..., 0].ravel()))
-        checks.append(_within("T", labels, angle, 0.0, float(block[..., 2].mean()), 1e-6))
+    for check, labels, _, block in _reflected(_views(LOSSY), angle, backend):
+        checks += [check, _within("T", labels, angle, 0.0, float(block[..., 2].mean()), 1e-6)]
     return checks
 
 

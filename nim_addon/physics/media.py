@@ -6,6 +6,7 @@ Both are real numbers without loss, complex ones with it, and functions of the w
 
 from __future__ import annotations
 
+import dataclasses
 import difflib
 import math
 import re
@@ -227,7 +228,18 @@ class Medium:
 
     def absorption(self, wavelength_nm: float = REPRESENTATIVE_NM) -> float:
         """Absorption coefficient alpha = 4 pi k / lambda, per metre (Beer and Lambert), at a vacuum wavelength in nm."""
-        return 4 * math.pi * self.at(wavelength_nm).k / (wavelength_nm * 1e-9)
+        return float(self.absorptions(wavelength_nm))
+
+    def absorptions(self, wavelength_nm: ArrayLike) -> NDArray:
+        """The same (...) at vacuum wavelengths (...), nanometres; ValueError as of at()."""
+        return 4 * math.pi * self.spectrum(wavelength_nm)[0].imag / (np.asarray(wavelength_nm, float) * 1e-9)
+
+    @property
+    def content(self) -> str:
+        """A text that parse() reads and that holds all of it, also where str() is but a name or the path of a file."""
+        if self.dispersion is None:
+            return str(self)
+        return str(dataclasses.replace(self.dispersion, name=None))
 
     def absorption_length(self, wavelength_nm: float = REPRESENTATIVE_NM) -> float:
         """1 / alpha, the metres within which light falls to 1/e; inf without loss."""

@@ -38,6 +38,21 @@ def test_bodies(addon, press, shape, size, extent):
         assert np.unique(np.abs(corners[:, 2]).round(4)).tolist() == [0, 1], "flat top and bottom, a round side"
 
 
+def test_a_flat_lens(addon, press):
+    """Upright, of n = mu, as wide and thick as it is told."""
+    bpy.context.scene.cursor.location = (1, 2, 3)
+    assert press("nim.add_flat_lens", thickness=0.5, width=3, n=-1.05) == {"FINISHED"}
+    object_ = bpy.context.object
+    assert object_.select_get() and tuple(object_.location) == (1, 2, 3) and object_.name == "Flat Lens"
+    interface = interface_of(interface_nodes(object_.active_material)[0])
+    assert (interface.inside.n, interface.inside.mu) == pytest.approx((-1.05, -1.05)) and interface.outside == Medium(
+        1.0
+    )
+    (part,) = Solid(object_.data).parts
+    assert part.closed and part.agreeing and part.volume > 0
+    assert tuple(object_.dimensions) == pytest.approx((3, 0.5, 3))
+
+
 def test_undo_takes_the_body_away(addon, press):
     bpy.ops.ed.undo_push(message="before")
     count = len(bpy.data.objects)
@@ -87,6 +102,24 @@ def test_every_medium_can_be_chosen():
     chosen = {(MEDIA[name].n, MEDIA[name].mu) for name in MEDIUM_NUMBERS}
     assert chosen == {(medium.n, medium.mu) for medium in MEDIA.values()} and len(chosen) == len(MEDIUM_NUMBERS)
     assert len(set(MEDIUM_NUMBERS.values()) | {0}) == len(MEDIUM_NUMBERS) + 1
+
+
+def test_every_entry_of_the_menus_can_be_drawn(addon):
+    """Each names an operator that there is, with properties and an icon that it has, and a text of its own."""
+    from nim_addon.ui import add, add_interface
+
+    icons = bpy.types.UILayout.bl_rna.functions["operator"].parameters["icon"].enum_items.keys()
+    media = [entry for entries in add_interface.MEDIA_NODES for entry in entries]
+    for entries in (
+        [e for thing in add.THINGS for e in thing.OBJECTS],
+        [e for thing in add.THINGS for e in thing.NODES] + media,
+    ):
+        assert len({entry.text for entry in entries}) == len(entries)
+        for entry in entries:
+            properties = getattr(bpy.ops.nim, entry.operator.removeprefix("nim.")).get_rna_type().properties
+            assert set(entry.values) <= set(properties.keys()) and entry.icon in icons
+            for name in {"shape", "medium"} & set(entry.values):
+                assert entry.values[name] in properties[name].enum_items
 
 
 def test_menus_come_and_go(addon):

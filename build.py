@@ -5,8 +5,9 @@
   python3 build.py render sphere       any nimray command: render, compare, figures, rays, scenes, verify, fresnel, info...
   python3 build.py test                run the tests (more words go to pytest)
   python3 build.py lint                check the style, by ruff, and the types, by pyright
-  python3 build.py blends [sea...]     write blend_scenes/*.blend and the asset library (some minutes), or only what is
-                                       named: glass, pool, sphere, sea, drop, prism; or assets
+  python3 build.py blends [sea...]     write blend_scenes/*.blend, the asset library (some minutes) and the groups of nodes that
+                                       are shipped, or only what is named: glass, pool, sphere, sea, drop, prism; or assets,
+                                       or closures
   python3 build.py package             build and validate dist/nim_addon-X.Y.Z.zip with Blender's own tool
   python3 build.py docs [--out DIR]    make the pages of docs/ as HTML, in dist/docs/ or DIR (needs no Blender)
   python3 build.py bench [glass|peers] print how fast it is, beside Blender's own Glass BSDF, Mitsuba 3 and POV-Ray
@@ -313,9 +314,10 @@ def lint(python, rest):
 
 def blends(python, rest):
     """Write blend_scenes/*.blend, and the assets that the extension brings along; or only what is named."""
-    if rest and rest[0] != "assets":
+    others = {"closures": "make_closures.py", "assets": "make_assets.py"}
+    if rest and rest[0] not in others:
         return run(python, "blend_scenes/make.py", *rest)
-    makers = ["make_assets.py"] if rest else ["make.py", "make_assets.py"]
+    makers = [others[rest[0]]] if rest else ["make_closures.py", "make.py", "make_assets.py"]
     return max(run(python, f"blend_scenes/{name}", *rest[1:]) for name in makers)
 
 

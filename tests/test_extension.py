@@ -119,6 +119,7 @@ def test_package_holds_what_it_needs(zipped):
         "LICENSE",
         "locale/es.po",
         "osl/nim_interface.osl",
+        "assets/closures.blend",
         "assets/nim_assets.blend",
         "assets/blender_assets.cats.txt",
     ):

@@ -8,13 +8,18 @@ filled with, so that files of earlier versions can be brought up to date; materi
 from __future__ import annotations
 
 import functools
+import hashlib
+import secrets
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import bpy
 
-from . import script, template
+from .. import nodes
+from . import formulas, script, template
 from .backends import resolve
 from .formulas import Sheet
 
@@ -130,13 +135,31 @@ class Closure:
 
     def new_group(self, backend: str) -> bpy.types.NodeTree:
         """A further group of that backend, "osl" or "nodes", whose shader is not compiled yet."""
-        group = template.load(self) if backend == "nodes" else None
+        if backend == "osl":
+            return self.filled(backend)
+        group = template.load(self.made_of, self.group_name(backend))
         if group is None:
-            group = bpy.data.node_groups.new(self.group_name(backend), "ShaderNodeTree")
-            self._fill(group, backend)
-            if backend == "nodes":
-                template.keep(self, group)
+            group = self.filled(backend)
+            template.keep(self.made_of, group)
         return group
+
+    def filled(self, backend: str) -> bpy.types.NodeTree:
+        """A further group of that backend, filled node by node; the shader of "osl" is not compiled yet."""
+        group = bpy.data.node_groups.new(self.group_name(backend), "ShaderNodeTree")
+        self._fill(group, backend)
+        return group
+
+    @functools.cached_property
+    def made_of(self) -> str:
+        """What its groups in nodes are made of, as a hash: their sockets, the twin's module, and how formulas become nodes."""
+        facts = repr((self.shader, self.label, self.sockets, self.version, self.outputs))
+        written = hashlib.sha256(facts.encode())
+        try:
+            for file in (sys.modules[self.twin.__module__].__file__, formulas.__file__, nodes.__file__):
+                written.update(Path(str(file)).read_text(encoding="utf-8").encode())
+        except (OSError, AttributeError, KeyError):  # of a twin that is in no file: of this process alone
+            return secrets.token_hex()[:60]
+        return written.hexdigest()[:60]
 
     def new_copy(self, name: str) -> bpy.types.NodeTree:
         """A group in nodes of that name that is none of this closure's, for others to change; see handles()."""

@@ -10,7 +10,7 @@ import bpy
 from ..cycles import settings, visibility
 from ..cycles.closures import closure_of_node
 from ..cycles.closures.backends import device_runs_osl, osl_available
-from ..cycles.material import asked_closures
+from ..cycles.material import asked_closures, switch_backend
 from ..cycles.problem import Problem
 from . import mesh_checks, ray_checks, spectral_checks, value_checks
 from .sight import Sight, look
@@ -104,7 +104,8 @@ def mend(scene: bpy.types.Scene, code: str | None = None) -> list[Problem]:
 
 def _use_nodes(scene, problem):
     for name in problem.materials:
-        for node, _ in asked_closures(bpy.data.materials[name]):
+        switch_backend(bpy.data.materials[name], "nodes")
+        for node, _ in asked_closures(bpy.data.materials[name]):  # those in a person's own groups too
             node.node_tree = closure_of_node(node).group("nodes")
 
 

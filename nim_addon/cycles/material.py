@@ -12,7 +12,7 @@ import numpy as np
 
 from ..physics import MEDIA, REPRESENTATIVE_NM, VISIBLE_NM, AbsorptionLength, Interface, Medium
 from ..physics.media import LEAST_MAGNITUDE, MOST_MAGNITUDE
-from . import absorption, closures, dispersive
+from . import absorption, closures, dispersive, graded
 from .closures import INTERFACE, closure_of_node
 from .closures.backends import osl_available, resolve
 from .nodes import empty_tree
@@ -166,12 +166,12 @@ def interface_nodes(material: bpy.types.Material | None) -> list[bpy.types.Node]
 
 
 def switch_backend(material: bpy.types.Material, backend: str) -> int:
-    """Give every node of our closures, and of media that disperse, in a material the group of another backend.
+    """Give every node of our closures, of media that disperse and of graded balls in a material the group of another backend.
 
     Values and links stay. Returns how many nodes there were. Raises as resolve() does.
     """
     backend = resolve(backend)
-    return dispersive.switch(material, backend) + sum(
+    return sum(kind.switch(material, backend) for kind in (dispersive, graded)) + sum(
         closure.switch(material, backend) for closure in closures.CLOSURES if closure.nodes_of(material)
     )
 

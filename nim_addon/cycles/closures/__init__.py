@@ -9,13 +9,24 @@ from __future__ import annotations
 import bpy
 
 from .closure import Closure, Socket, version_of
+from .graded_ball import GRADED_BALL
 from .interface import INTERFACE
 from .shutter import SHUTTER
 
-__all__ = ["CLOSURES", "INTERFACE", "SHUTTER", "Closure", "Socket", "closure_of", "closure_of_node", "version_of"]
+__all__ = [
+    "CLOSURES",
+    "GRADED_BALL",
+    "INTERFACE",
+    "SHUTTER",
+    "Closure",
+    "Socket",
+    "closure_of",
+    "closure_of_node",
+    "version_of",
+]
 
 # SHUTTER bends no light: it tells the others, and all that shines, which wavelength the path has
-CLOSURES = (INTERFACE, SHUTTER)
+CLOSURES = (INTERFACE, SHUTTER, GRADED_BALL)
 
 
 def closure_of(tree: bpy.types.NodeTree | None) -> Closure | None:

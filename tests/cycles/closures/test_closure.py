@@ -25,7 +25,8 @@ def test_sockets_are_the_shaders_own(closure):
         meta = dict(re.findall(r"%meta\{\w+,(\w+),([^}]*)\}", rest))
         found.append((identifier, kind, [float(word) for word in default.split()], meta))
     assert [identifier for identifier, *_ in found] == [socket.identifier for socket in closure.sockets]
-    types = {"float": "NodeSocketFloat", "color": "NodeSocketColor", "normal": "NodeSocketVector"}
+    vectors = dict.fromkeys(("normal", "vector"), "NodeSocketVector")
+    types = {"float": "NodeSocketFloat", "color": "NodeSocketColor", **vectors}
     for socket, (_, kind, default, meta) in zip(closure.sockets, found, strict=True):
         assert types[kind] == socket.type
         assert meta["label"] == f'"{socket.name}"'

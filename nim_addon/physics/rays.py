@@ -3,14 +3,13 @@
 
 Rays are straight, media isotropic, light unpolarised at every interface (thesis 4.16). With loss, the surfaces are those of
 complex media, and the energy falls along a ray as exp(-4 pi k L / lambda) (Beer and Lambert); what is a mirror for all that
-one can see ends the rays that enter it.
+one can see ends the rays that enter it. A surface of another law (laws.Law) takes rays up and lets them go on elsewhere.
 """
 
 from __future__ import annotations
 
 import enum
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -18,7 +17,27 @@ from numpy.typing import ArrayLike, NDArray
 
 from .dispersion import REPRESENTATIVE_NM
 from .interface import Interface, unit
+from .laws import Branch, Law
 from .media import OPAQUE
+from .shapes import Convex, Cylinder, Hit, Plane, Shape, Shapes, Sphere
+
+__all__ = [
+    "MOST_SEGMENTS",
+    "Branch",
+    "Convex",
+    "Cylinder",
+    "Fate",
+    "Hit",
+    "Kind",
+    "Law",
+    "Paths",
+    "Plane",
+    "Shape",
+    "Shapes",
+    "Sphere",
+    "Surfaces",
+    "trace",
+]
 
 # More segments than this are a mistake in the settings rather than a drawing.
 MOST_SEGMENTS = 100_000
@@ -33,7 +52,10 @@ class Kind(enum.IntEnum):
 
 
 class Fate(enum.IntEnum):
-    """How a segment ends: at an interface, at something opaque, nowhere, or at the last interface it may meet."""
+    """How a segment ends: at an interface, at something opaque, nowhere, or at the last interface it may meet.
+
+    A piece of the way on which a law takes a ray ends SPLIT, too, where the next one begins.
+    """
 
     SPLIT = 0
     LANDED = 1
@@ -41,21 +63,8 @@ class Fate(enum.IntEnum):
     STOPPED = 3
 
 
-class Hit(NamedTuple):
-    """Where N rays meet a surface first.
-
-    distance: (N,) along the unit direction, inf where there is nothing
-    normal:   (N, 3) unit normals into `outside`; the sign of direction . normal tells the side a ray comes from
-    which:    (N,) index into the surfaces' `interfaces`, -1 where the surface is opaque
-    """
-
-    distance: NDArray
-    normal: NDArray
-    which: NDArray
-
-
 class Paths(NamedTuple):
-    """The S segments of N rays, each after the one it comes from.
+    """The S segments of N rays, each after the one it comes from; the way on which a law takes a ray is one of several.
 
     start, end: (S, 3)
     energy:     (S,) share of the ray's energy, where it starts
@@ -65,8 +74,8 @@ class Paths(NamedTuple):
     kind, fate: (S,) values of Kind and Fate
     ray:        (S,) index of the source's ray
     parent:     (S,) index of the segment it comes from, -1 at the source
-    lost:       (N,) energy of the branches that were not followed; with `absorbed` and what arrives at all ends of a ray
-                it makes 1
+    lost:       (N,) energy of the branches that were not followed, and what laws absorb; with `absorbed` and what arrives
+                at all ends of a ray it makes 1
     """
 
     start: NDArray
@@ -139,11 +148,11 @@ class _Sides(NamedTuple):
 class Surfaces(Protocol):
     """What trace() takes: Shapes here, or anything else that can cast rays.
 
-    interfaces: those that Hit.which counts; None at the places of what is opaque
+    interfaces: those that Hit.which counts, or other laws; None at the places of what is opaque
     """
 
     @property
-    def interfaces(self) -> Sequence[Interface | None]: ...
+    def interfaces(self) -> Sequence[Interface | Law | None]: ...
 
     def hit(self, origins: NDArray, directions: NDArray, /) -> Hit:
         """The nearest Hit of rays from origins (N, 3) along unit directions (N, 3)."""
@@ -181,7 +190,7 @@ def trace(
         np.atleast_2d(np.asarray(origins, float)), np.atleast_2d(unit(directions))
     )
     count = len(origins)
-    interfaces = [one and _Sides.of(one, wavelength_nm) for one in surfaces.interfaces]
+    interfaces = [_Sides.of(one, wavelength_nm) if isinstance(one, Interface) else one for one in surfaces.interfaces]
     sources, ones = np.full(count, -1), np.ones(count)
     front = _Front(origins, origins, directions, ones, ones, 0 * ones, sources + 1, np.arange(count), sources)
     lost = np.zeros(count)
@@ -189,13 +198,19 @@ def trace(
     for depth in range(bounces + 1):
         hit = surfaces.hit(front.cast, front.direction)
         end, fate = _ends(front, hit, reach, depth == bounces)
-        crossings = _crossings(interfaces, front, hit)
+        crossings, taken = _met(interfaces, front, hit)
         front = _known(front, crossings)
         arriving = front.energy * np.exp(-front.alpha * np.linalg.norm(end - front.start, axis=1))
         ways = front.start, end, front.energy, arriving, front.n
         levels.append((*ways, np.full(len(end), depth), front.kind, fate, front.ray, front.parent))
-        children = [] if depth == bounces else _cross(front, crossings, hit.normal, end, arriving, total, gap)
-        total += len(end)
+        first, total = total, total + len(end)
+        children = []
+        if depth < bounces:
+            children = _cross(front, crossings, hit.normal, end, arriving, first, gap)
+            for pieces, child in _take(taken, front, hit.normal, end, arriving, first, depth, least, gap, lost):
+                levels.append(pieces)
+                children.append(child)
+                total += len(pieces[0])
         if not children:
             break
         front = _Front(*(np.concatenate(columns) for columns in zip(*children, strict=True)))
@@ -231,15 +246,21 @@ class _Crossing(NamedTuple):
     from_inside: NDArray
 
 
-def _crossings(interfaces: Sequence[_Sides | None], front: _Front, hit: Hit) -> list[_Crossing]:
-    """One for each interface that is met."""
-    crossed, found = np.isfinite(hit.distance) & (hit.which >= 0), []
+def _met(
+    interfaces: Sequence[_Sides | Law | None], front: _Front, hit: Hit
+) -> tuple[list[_Crossing], list[tuple[Law, NDArray]]]:
+    """A _Crossing for each interface that is met; each other law that is, and the rows (K,) of the front that meet it."""
+    crossed, crossings, taken = np.isfinite(hit.distance) & (hit.which >= 0), [], []
     for which in np.unique(hit.which[crossed]):
-        sides = interfaces[which]
-        assert sides is not None  # by Hit.which
+        one = interfaces[which]
+        assert one is not None  # by Hit.which
         rows = np.flatnonzero(crossed & (hit.which == which))
-        found.append(_Crossing(sides, rows, np.sum(front.direction[rows] * hit.normal[rows], axis=1) > 0))
-    return found
+        if isinstance(one, _Sides):
+            from_inside = np.sum(front.direction[rows] * hit.normal[rows], axis=1) > 0
+            crossings.append(_Crossing(one, rows, from_inside))
+        else:
+            taken.append((one, rows))
+    return crossings, taken
 
 
 def _known(front: _Front, crossings: list[_Crossing]) -> _Front:
@@ -271,6 +292,55 @@ def _cross(
         chosen = front.chosen(rows)._replace(energy=arriving[rows])
         children += _split(sides, chosen, end[rows], normal[rows], rows + total, gap)
     return children
+
+
+def _take(
+    taken: list[tuple[Law, NDArray]],
+    front: _Front,
+    normal: NDArray,
+    end: NDArray,
+    arriving: NDArray,
+    total: int,
+    depth: int,
+    least: float,
+    gap: float,
+    lost: NDArray,
+) -> Iterator[tuple[tuple[NDArray, ...], _Front]]:
+    """What laws make of a front that has met them: for each way on, a level of the pieces of the way, and a _Front.
+
+    normal, end, arriving, total: as _cross() takes them; depth: of the front; lost: (N,) of the rays, which grows by what
+    laws absorb; least, gap: as trace() takes them
+    """
+    number = total + len(end)
+    for law, rows in taken:
+        met = front.chosen(rows)._replace(energy=arriving[rows], parent=rows + total)
+        ways = law.branches(end[rows], met.direction, normal[rows])
+        np.add.at(lost, met.ray, met.energy * (1 - sum(way.share for way in ways)))
+        for way in ways:
+            pieces, gone = _taken(way, met, number, depth + 1, least, gap)
+            number += len(pieces[0])
+            yield pieces, gone
+
+
+def _taken(
+    branch: Branch, front: _Front, number: int, depth: int, least: float, gap: float
+) -> tuple[tuple[NDArray, ...], _Front]:
+    """The level of pieces of a branch, the first of which has that number, and the _Front that goes on after them."""
+    energy, parent = front.energy * branch.share, front.parent.copy()
+    kind = np.full_like(parent, Kind.REFLECTED if branch.reflected else Kind.TRANSMITTED)
+    # those that are not followed have no way either
+    rows = np.flatnonzero((energy > 0) & (energy >= least))
+    way = np.zeros((len(rows), 1, 3)) if branch.way is None else branch.way[rows]
+    count, each = len(rows), way.shape[1] - 1
+    # one ray after the other, each piece after the one before
+    numbers = np.concatenate([parent[rows, None], number + np.arange(count * each).reshape(count, each)], axis=1)
+    of, ones = np.repeat(rows, each), np.ones(count * each, int)
+    ends = way[:, :-1].reshape(-1, 3), way[:, 1:].reshape(-1, 3)
+    pieces = *ends, energy[of], energy[of], front.n[of], depth * ones, kind[of], Fate.SPLIT * ones, front.ray[of]
+    parent[rows] = numbers[:, -1]
+    cast = branch.start + gap * branch.direction
+    gone = _Front(branch.start, cast, branch.direction, energy, front.n, front.alpha, kind, front.ray, parent)
+    return (*pieces, numbers[:, :-1].ravel()), gone
 
 
 def _followed(front: _Front, least: float, branches: bool) -> NDArray:
@@ -309,137 +379,3 @@ def _split(sides: _Sides, front: _Front, point: NDArray, normal: NDArray, parent
             point, point - away, refracted, front.energy * (1 - R), n_ahead, alpha_ahead, kinds[1], front.ray, parent
         ),
     ]
-
-
-def _dot(a: NDArray, b: NDArray) -> NDArray:
-    return np.sum(a * b, axis=-1)
-
-
-def _first(roots: NDArray) -> NDArray:
-    """The smallest of the distances (K, N) that lies ahead, inf where none does."""
-    with np.errstate(invalid="ignore"):
-        return np.min(np.where(roots > 0, roots, np.inf), axis=0)
-
-
-def _roots(away: NDArray, along: NDArray, radius: float, square: NDArray | float = 1.0) -> NDArray:
-    """Distances (2, N), in order, at which away + distance * along, each (N, 3), is of length `radius`; NaN where never.
-
-    square: (N,) of the lengths of `along`
-    """
-    b = _dot(away, along) / square
-    # where it is nearest, by the vector and not by |away|^2 - b^2, which cancels far away
-    nearest = away - b[:, None] * along
-    half = np.sqrt((np.square(radius) - _dot(nearest, nearest)) / square)
-    return np.stack([-b - half, -b + half])
-
-
-@dataclass(frozen=True)
-class Sphere:
-    """A sphere whose normals point away from `center`; opaque where `interface` is None."""
-
-    center: ArrayLike
-    radius: float
-    interface: Interface | None = None
-
-    def meet(self, o: NDArray, d: NDArray) -> tuple[NDArray, NDArray]:
-        """Distances (N,), inf where there is nothing, and normals (N, 3) of rays from o (N, 3) along unit d (N, 3)."""
-        away = o - np.asarray(self.center, float)
-        with np.errstate(invalid="ignore"):
-            distance = _first(_roots(away, d, self.radius))
-        reached = np.where(np.isfinite(distance), distance, 0)[:, None]
-        return distance, (away + reached * d) / self.radius
-
-
-@dataclass(frozen=True)
-class Plane:
-    """A plane without end through `point`, its normal of any length; opaque where `interface` is None."""
-
-    point: ArrayLike
-    normal: ArrayLike
-    interface: Interface | None = None
-
-    def meet(self, o: NDArray, d: NDArray) -> tuple[NDArray, NDArray]:
-        """As Sphere.meet."""
-        normal = unit(self.normal)
-        along = _dot(d, normal)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            distance = _first(_dot(np.asarray(self.point, float) - o, normal)[None] / along)
-        return distance, np.broadcast_to(normal, o.shape)
-
-
-@dataclass(frozen=True)
-class Cylinder:
-    """The wall of a cylinder from `start` to `end`, without its caps; normals point away from the axis."""
-
-    start: ArrayLike
-    end: ArrayLike
-    radius: float
-    interface: Interface | None = None
-
-    def meet(self, o: NDArray, d: NDArray) -> tuple[NDArray, NDArray]:
-        """As Sphere.meet."""
-        start, end = np.asarray(self.start, float), np.asarray(self.end, float)
-        axis = unit(end - start)
-        # across the axis it is a circle
-        away = (o - start) - _dot(o - start, axis)[:, None] * axis
-        across = d - _dot(d, axis)[:, None] * axis
-        with np.errstate(divide="ignore", invalid="ignore"):
-            roots = _roots(away, across, self.radius, _dot(across, across))
-            height = _dot(o - start, axis) + roots * _dot(d, axis)
-        distance = _first(np.where((height >= 0) & (height <= np.linalg.norm(end - start)), roots, np.inf))
-        reached = np.where(np.isfinite(distance), distance, 0)[:, None]
-        return distance, (away + reached * across) / self.radius
-
-
-@dataclass(frozen=True)
-class Convex:
-    """A solid with flat faces and no hollow, each face by a point on it and its normal, of any length, outwards."""
-
-    points: ArrayLike
-    normals: ArrayLike
-    interface: Interface | None = None
-
-    def meet(self, o: NDArray, d: NDArray) -> tuple[NDArray, NDArray]:
-        """As Sphere.meet."""
-        normals = unit(self.normals)
-        along = d @ normals.T
-        gap = np.sum(np.asarray(self.points, float) * normals, axis=1) - o @ normals.T
-        with np.errstate(divide="ignore", invalid="ignore"):
-            distances = gap / along
-        # A line is inside the solid from the last of the planes that it enters by (their normals are against it) to the
-        # first of those it leaves by; if it leaves before it has entered, it passes by, as it does beside a parallel plane.
-        entries = np.where(along < 0, distances, -np.inf)
-        exits = np.where(along > 0, distances, np.inf)
-        first, last = np.max(entries, axis=1), np.min(exits, axis=1)
-        beside = np.any((along == 0) & (gap < 0), axis=1)
-        meets = (first < last) & (last > 0) & ~beside
-        enters = first > 0
-        face = np.where(enters, np.argmax(entries, axis=1), np.argmin(exits, axis=1))
-        return np.where(meets, np.where(enters, first, last), np.inf), normals[face]
-
-
-class Shape(Protocol):
-    """One of the Shapes; opaque where `interface` is None."""
-
-    @property
-    def interface(self) -> Interface | None: ...
-
-    def meet(self, o: NDArray, d: NDArray, /) -> tuple[NDArray, NDArray]:
-        """As Sphere.meet."""
-        ...
-
-
-class Shapes:
-    """Several shapes as one: what trace() takes."""
-
-    def __init__(self, *shapes: Shape):
-        self.shapes = shapes
-        self.interfaces = [shape.interface for shape in shapes]
-        self._which = np.array([-1 if shape.interface is None else i for i, shape in enumerate(shapes)])
-
-    def hit(self, origins: NDArray, directions: NDArray) -> Hit:
-        """The nearest Hit of rays from origins (N, 3) along unit directions (N, 3)."""
-        distances, normals = zip(*(shape.meet(origins, directions) for shape in self.shapes), strict=True)
-        nearest = np.argmin(distances, axis=0)
-        rows = np.arange(len(origins))
-        return Hit(np.stack(distances)[nearest, rows], np.stack(normals)[nearest, rows], self._which[nearest])

@@ -186,14 +186,9 @@ def trace(
     """
     if not bounces >= 0 or not 0 <= least < 1 or not reach > 0 or not gap >= 0:
         raise ValueError("bounces and gap must be 0 or more, least in [0, 1) and reach above 0.")
-    origins, directions = np.broadcast_arrays(
-        np.atleast_2d(np.asarray(origins, float)), np.atleast_2d(unit(directions))
-    )
-    count = len(origins)
     interfaces = [_Sides.of(one, wavelength_nm) if isinstance(one, Interface) else one for one in surfaces.interfaces]
-    sources, ones = np.full(count, -1), np.ones(count)
-    front = _Front(origins, origins, directions, ones, ones, 0 * ones, sources + 1, np.arange(count), sources)
-    lost = np.zeros(count)
+    front = _sent(origins, directions)
+    lost = np.zeros(len(front.ray))
     levels, total = [], 0
     for depth in range(bounces + 1):
         hit = surfaces.hit(front.cast, front.direction)
@@ -204,13 +199,12 @@ def trace(
         ways = front.start, end, front.energy, arriving, front.n
         levels.append((*ways, np.full(len(end), depth), front.kind, fate, front.ray, front.parent))
         first, total = total, total + len(end)
-        children = []
-        if depth < bounces:
-            children = _cross(front, crossings, hit.normal, end, arriving, first, gap)
-            for pieces, child in _take(taken, front, hit.normal, end, arriving, first, depth, least, gap, lost):
-                levels.append(pieces)
-                children.append(child)
-                total += len(pieces[0])
+        children = [] if depth == bounces else _cross(front, crossings, hit.normal, end, arriving, first, gap)
+        taken = [] if depth == bounces else taken
+        for pieces, child in _take(taken, front, hit.normal, end, arriving, first, depth, least, branches, gap, lost):
+            levels.append(pieces)
+            children.append(child)
+            total += len(pieces[0])
         if not children:
             break
         front = _Front(*(np.concatenate(columns) for columns in zip(*children, strict=True)))
@@ -224,6 +218,16 @@ def trace(
         if not len(front.ray):
             break
     return Paths(*(np.concatenate(columns) for columns in zip(*levels, strict=True)), lost=lost)
+
+
+def _sent(origins: ArrayLike, directions: ArrayLike) -> _Front:
+    """The rays as they leave the source; the arguments of trace()."""
+    origins, directions = np.broadcast_arrays(
+        np.atleast_2d(np.asarray(origins, float)), np.atleast_2d(unit(directions))
+    )
+    count = len(origins)
+    sources, ones = np.full(count, -1), np.ones(count)
+    return _Front(origins, origins, directions, ones, ones, 0 * ones, sources + 1, np.arange(count), sources)
 
 
 def _ends(front: _Front, hit: Hit, reach: float, is_last: bool) -> tuple[NDArray, NDArray]:
@@ -303,18 +307,22 @@ def _take(
     total: int,
     depth: int,
     least: float,
+    branches: bool,
     gap: float,
     lost: NDArray,
 ) -> Iterator[tuple[tuple[NDArray, ...], _Front]]:
     """What laws make of a front that has met them: for each way on, a level of the pieces of the way, and a _Front.
 
     normal, end, arriving, total: as _cross() takes them; depth: of the front; lost: (N,) of the rays, which grows by what
-    laws absorb; least, gap: as trace() takes them
+    laws absorb; least, branches, gap: as trace() takes them
     """
     number = total + len(end)
     for law, rows in taken:
         met = front.chosen(rows)._replace(energy=arriving[rows], parent=rows + total)
         ways = law.branches(end[rows], met.direction, normal[rows])
+        if not branches:
+            passes = sum(way.share for way in ways if not way.reflected) > 0
+            ways = [way._replace(share=way.share * np.logical_not(passes)) if way.reflected else way for way in ways]
         np.add.at(lost, met.ray, met.energy * (1 - sum(way.share for way in ways)))
         for way in ways:
             pieces, gone = _taken(way, met, number, depth + 1, least, gap)

@@ -86,8 +86,10 @@ class Bending:
         """Give the switches of those names, in all trees, a value, 0 or 1."""
         for tree in self.trees:
             for name, value in switches.items():
-                if f"NIM {name}" in tree.nodes:
-                    tree.nodes[f"NIM {name}"].outputs[0].default_value = value
+                node = tree.nodes.get(f"NIM {name}")
+                # what is set is compiled anew, be it to what it was
+                if node and node.outputs[0].default_value != value:
+                    node.outputs[0].default_value = value
 
     def _copy(self, material):
         copy = material.copy()

@@ -8,6 +8,7 @@ and only if the path met an interface or a mirror before: light that reaches a s
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import islice
 from typing import Any
 
 import bpy
@@ -34,6 +35,8 @@ from .bending import POWER, WHITE, Bending, share_of, switch
 PLACE_ATTRIBUTE = "nim_place"  # of the corners of the meshes that light lands on: Tracer._mark()
 # The collections of bpy.data of what a Tracer makes.
 DATA = ("objects", "meshes", "materials", "worlds", "cameras", "scenes", "node_groups")
+# Photons whose passes are sent together: to change a material takes as long as some 1e5 of them.
+TOGETHER = 1 << 18
 BOX_SAMPLES = 5  # points along an edge of a box that light is sent at
 
 
@@ -286,18 +289,32 @@ class Tracer:
         first: passes to leave out, as those that were traced before
         """
         random = np.random.default_rng(seed)
+        shots = islice(enumerate(light.shots(self.target, photons, passes, random)), first, None)
+        while some := list(islice(shots, max(1, TOGETHER // photons))):
+            yield from self._sent(some, passes, seed)
+
+    def _sent(self, shots, passes, seed):
+        """A Landed of each of some shots (number, lights.Shot), of which all have one kind of picture before the next."""
+
+        def pictures(**switches):
+            self.bending.set(**{"white": 0.0, "tinted": 0.0, "counted": 0.0} | switches)
+            found = []
+            for index, shot in shots:
+                lights.aim(self.camera, self.scene, shot, self.target.corners)
+                # the first sample of a pixel sits at its centre, whatever the seed: it is left out
+                settings.one_sample(self.scene, index + 1, passes + 1)
+                found.append(pixels_of(self.scene))
+            return found
+
+        self.scene.cycles.seed = seed
         shares = self.bending.shares
         # of the only interface there is, from outside of which all photons come
         (crossing,) = shares if len(shares) == 1 else (None,)
-        for index, shot in enumerate(light.shots(self.target, photons, passes, random)):
-            if index < first:
-                continue
-            self.scene.cycles.seed = seed
-            lights.aim(self.camera, self.scene, shot, self.target.corners)
-            # the first sample of a pixel sits at its centre, whatever the seed: it is left out
-            settings.one_sample(self.scene, index + 1, passes + 1)
-            self.bending.set(white=0.0, tinted=0.0, counted=0.0)
-            pixels = pixels_of(self.scene)
+        nothing = [None] * len(shots)
+        places = pictures()
+        tints = pictures(white=1.0, tinted=1.0) if self.bending.tinted else nothing
+        counts = pictures(white=1.0, counted=1.0) if crossing is None else nothing
+        for (_, shot), pixels, tint, counted in zip(shots, places, tints, counts, strict=True):
             there = pixels[..., 2] > 0.5
             code = np.floor(pixels[there][:, 2] + 0.25).astype(int)
             power = np.broadcast_to(shot.power, pixels.shape)[there]
@@ -306,14 +323,12 @@ class Tracer:
                 share_of_shutter = np.clip(2 * (pixels[there][:, 2] - code), 0, 1)
                 nm = self.wavelengths.wavelength(share_of_shutter)
                 power = power * self.wavelengths.weight(share_of_shutter)
-            if self.bending.tinted:
-                self.bending.set(white=1.0, tinted=1.0)
-                power = power * pixels_of(self.scene)[there]
-            if crossing is not None:
-                share = np.where(code % 2 == 1, share_of(crossing, nm), 1.0)
+            if tint is not None:
+                power = power * tint[there]
+            if counted is not None:
+                share = counted[there][:, 2] ** (1 / POWER)
             else:
-                self.bending.set(white=1.0, tinted=0.0, counted=1.0)
-                share = pixels_of(self.scene)[there][:, 2] ** (1 / POWER)
+                share = np.where(code % 2 == 1, share_of(crossing, nm), 1.0)
             yield self._landed(code, pixels[there], power, share, np.broadcast_to(nm, len(code)))
 
     def _landed(self, code, pixels, power, share, nm):

@@ -7,7 +7,9 @@ import bpy
 import numpy as np
 import pytest
 
+from nim_addon.caustics import photons
 from nim_addon.caustics.atlas import charts_of
+from nim_addon.caustics.bending import Bending
 from nim_addon.caustics.lights import Sun
 from nim_addon.caustics.photons import Tracer
 from nim_addon.cycles.material import interface_material
@@ -91,6 +93,38 @@ def test_nothing_is_left_behind_and_nothing_is_changed(empty_file):
     after = {kind: sorted(one.name for one in getattr(bpy.data, kind)) for kind in before}
     assert after == before
     assert not scene.objects["Floor"].data.attributes.get("nim_place")
+
+
+def test_passes_that_are_sent_together_are_those_that_are_sent_one_by_one(empty_file, monkeypatch):
+    """Through two media, of which one takes some of the light: each pass has three pictures."""
+    stage = over_floor(interface_material("Surface", Medium(1.33), backend="nodes"), sheet(0.5))
+    absorbing = interface_material("Other", Medium.parse("n=-1.5,length=0.5"), backend="nodes")
+    stage.mesh("Other", *shapes.box((-0.4, -0.4, -0.6), (0.4, 0.4, -0.4)), absorbing)
+    columns, settings, change = ("side", "place", "power", "share"), [], Bending.set
+
+    def noted(self, **switches):
+        settings.append(switches)
+        change(self, **switches)
+
+    monkeypatch.setattr(Bending, "set", noted)
+
+    def sent(together, first=0):
+        monkeypatch.setattr(photons, "TOGETHER", together)
+        settings.clear()
+        with Tracer(stage.scene) as tracer:
+            batches = list(tracer.trace(Sun(DOWN, (1, 1, 1), 0.01), 1 << 10, 6, seed=3, first=first))
+        return [[getattr(batch, column) for column in columns] for batch in batches]
+
+    single = sent(1)
+    assert len(single) == 6 and len(settings) == 18
+    # some is absorbed, and what landed in either medium is counted for less
+    assert np.ptp(single[0][2]) > 0.1 * single[0][2].max() and np.ptp(single[0][3]) > 0.1
+    together = sent(1 << 12)
+    assert len(settings) == 6
+    for one, other in ((single, together), (single[2:], sent(1 << 12, first=2))):
+        for these, those in zip(one, other, strict=True):
+            for column, values, others in zip(columns, these, those, strict=True):
+                np.testing.assert_array_equal(values, others, err_msg=column)
 
 
 @pytest.mark.parametrize("missing", ["Surface", "Floor"])

@@ -15,19 +15,23 @@ def add_to(commands: argparse._SubParsersAction) -> None:
         commands,
         "rays",
         run,
-        "Draw where rays go: a sphere, a pool, a slab, a prism or a drop, cut through the middle.",
+        "Draw where rays go: a sphere, a pool, a slab, a prism, a drop or a graded ball, cut through the middle.",
         "examples:\n"
         "  nimray rays sphere --n -1.5 --beam 21 --out sphere.svg\n"
         "  nimray rays pool --n -1.33 --out pool.svg\n"
         "  nimray rays prism --spectrum\n"
-        "  nimray rays prism --spectrum --inside nim-causal --out causal.svg",
+        "  nimray rays prism --spectrum --inside nim-causal --out causal.svg\n"
+        "  nimray rays ball --device eaton --out eaton.svg",
     )
     number, beam = words.number, words.whole("--beam", 1, 101)
-    parser.add_argument("scene", type=str.lower, metavar="SCENE", help="sphere, pool, slab, prism or drop")
+    parser.add_argument("scene", type=str.lower, metavar="SCENE", help="sphere, pool, slab, prism, drop or ball")
     parser.add_argument("--n", type=number("--n"), metavar="N", help="refractive index (what the scene is about)")
     parser.add_argument("--mu", type=number("--mu"), metavar="MU", help="relative permeability (1, or -1 for n < 0)")
     parser.add_argument("--inside", type=words.medium, metavar="M", help="the medium, in the place of --n and --mu")
     parser.add_argument("--spectrum", action="store_true", help="white light, drawn by its colours from 400 to 700 nm")
+    parser.add_argument("--device", type=str.lower, metavar="D", help="of the ball: luneburg, fisheye, eaton, ...")
+    parser.add_argument("--core", type=number("--core"), metavar="R", help="radius of a mirror in the ball (0 to 1)")
+    parser.add_argument("--cap", type=number("--cap"), metavar="N", help="the largest index in the ball")
     parser.add_argument("--beam", type=beam, metavar="N", help="how many rays; 1 shows its angles")
     parser.add_argument(
         "--out", type=words.folder, metavar="FILE", help="what to write, .svg, .png or .pdf (SCENE.svg)"
@@ -36,10 +40,17 @@ def add_to(commands: argparse._SubParsersAction) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Draw, and print what was written."""
+    from ..figures import ball_diagram
     from ..figures.diagrams import diagram
 
     file = arguments.out or f"{arguments.scene}.svg"
     try:
+        if arguments.scene == "ball":
+            profile = _profile(arguments)
+            print(ball_diagram.diagram(profile, arguments.beam or ball_diagram.RAYS, file))
+            return
+        if (arguments.device, arguments.core, arguments.cap) != (None, None, None):
+            raise ValueError("--device, --core and --cap are of a graded ball; write nimray rays ball --device ...")
         print(
             diagram(
                 arguments.scene,
@@ -53,3 +64,12 @@ def run(arguments: argparse.Namespace) -> None:
         )
     except ValueError as error:
         raise UsageError(str(error)) from None
+
+
+def _profile(arguments):
+    """The Profile of the ball that is asked for; ValueError where there is none."""
+    from ..physics.graded import Profile
+
+    if (arguments.n, arguments.mu, arguments.inside) != (None, None, None) or arguments.spectrum:
+        raise ValueError("a graded ball is no medium of one index, and its rays are of no colour; give --device alone.")
+    return Profile(arguments.device or "luneburg", core=arguments.core, cap=arguments.cap)

@@ -5,7 +5,7 @@ from itertools import chain
 from types import MappingProxyType
 
 from ..base.text import unknown
-from . import caustics, cube, curves, diagrams, drop, glass, pool, sea, sphere
+from . import ball_diagram, caustics, cube, curves, diagrams, drop, glass, pool, sea, sphere
 from .recipes import Figure, in_order
 
 MODULES = (
@@ -18,6 +18,7 @@ MODULES = (
     drop,
     curves,
     diagrams,
+    ball_diagram,
 )  # each has FIGURES, a tuple of Figure
 
 FIGURES = MappingProxyType(

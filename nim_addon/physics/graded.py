@@ -289,7 +289,10 @@ def trace(profile: Profile, p: float) -> NDArray:
 def _through_cloak(profile: Profile, p: float, turns: bool) -> tuple[NDArray, NDArray]:
     """Radii and angles (N,) of the way in: a straight line in the radius rho."""
     end = p if turns else max(profile.rho(np.array([profile.inner]))[0], p)
-    along = np.linspace(math.sqrt(1 - p * p), math.sqrt(end * end - p * p), 4 * _PANELS)
+    first, last = math.sqrt(1 - p * p), math.sqrt(end * end - p * p)
+    # evenly along the line, and evenly in angle, for where it passes near to the centre
+    turned = p * np.tan(np.linspace(math.atan2(first, p), math.atan2(last, p), 4 * _PANELS))
+    along = np.unique([*np.linspace(last, first, 2 * _PANELS), *turned.clip(last, first)])[::-1]
     return profile.hollow + (1 - profile.hollow) * np.hypot(p, along), np.arctan2(along[0], p) - np.arctan2(along, p)
 
 

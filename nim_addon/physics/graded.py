@@ -103,14 +103,13 @@ def _rate(profile: Profile, p: NDArray, low: NDArray, q: NDArray) -> NDArray:
         rho = profile.rho(np.exp(low + q))
         return (rho - p) * (rho + p)
 
-    squares = square(q)
     # next to a turning point the difference is all rounding: there it is q times a parabola through three places
-    near, far = 3 * _NEAR, np.max(q, axis=1, keepdims=True) > 10 * _NEAR
-    a, b, c = (square(np.full_like(low, k * _NEAR)) / (k * _NEAR) for k in (1, 2, 3))
-    t = q / _NEAR
+    near = np.minimum(_NEAR, np.max(q, axis=1, keepdims=True) / 20)
+    a, b, c = (square(k * near) / (k * near) for k in (1, 2, 3))
+    t = q / near
     smooth = q * (a * (t - 2) * (t - 3) / 2 - b * (t - 1) * (t - 3) + c * (t - 1) * (t - 2) / 2)
     turns = np.abs(square(np.zeros_like(low))) < 1e-13 * p * p
-    squares = np.where(turns & far & (q < near), smooth, squares)
+    squares = np.where(turns & (t < 3), smooth, square(q))
     with np.errstate(divide="ignore", invalid="ignore"):
         rate = profile.sense(np.exp(low + q)) * p / np.sqrt(squares)
     return np.where(squares > 0, rate, 0.0)

@@ -39,8 +39,8 @@ def _eaton(r: NDArray, _: Profile) -> NDArray:
 
 
 def _invisible(r: NDArray, _: Profile) -> NDArray:
-    # Q as printed, (sqrt(1/r^2 + 1/27) - 1/r)^(1/3), cancels
-    q = np.cbrt(1 / 27 / (1 / r + np.sqrt(1 / (r * r) + 1 / 27)))
+    # sqrt(n) = s solves s^3 + s = 2 / r, by Cardano's formula
+    q = np.cbrt(1 / r + np.sqrt(1 / (r * r) + 1 / 27))
     return np.square(q - 1 / (3 * q))
 
 
@@ -87,9 +87,9 @@ class Profile:
     angle:   by how much the device "turn" turns every ray, above 0 and up to 2 pi
     hollow:  radius that the device "cloak" leads light around
     breaks:  radii where a function n jumps, or has a kink
-    The devices are those of Luneburg 1944, Maxwell 1854, Eaton 1952, Minano 2006, Qiu 2012 (derived), Pendry 2006 and, to
-    turn light by any angle, Hannay and Haeusser 1993. The magnifier has a core, a mirror of 0.8 where none is given; the
-    cloak is uniaxial, eps = mu = eps_r along the radius, eps_t across it.
+    The devices are those of Luneburg 1944, Maxwell 1854, Eaton 1952, Minano 2006, Qiu 2012 (its profile derived), Pendry 2006
+    and, to turn light by any angle, Hannay and Haeusser 1993; docs/physics.md derives each. The magnifier has a core, a
+    mirror of 0.8 where none is given; the cloak is uniaxial, eps = mu = eps_r along the radius, eps_t across it.
     Raises ValueError, one sentence, for what no ray could pass.
     """
 

@@ -9,7 +9,7 @@ import bpy  # the wheel has bmesh only once bpy is imported
 
 from ..base.text import unknown
 from ..physics import MEDIA, Medium
-from . import cube, drop, glass, pool, prism, sea, sphere
+from . import cube, drop, glass, lens, pool, prism, sea, sphere
 from .parameters import Parameters, written
 from .stage import Pose
 
@@ -98,6 +98,15 @@ SCENES = MappingProxyType(
                 prism.pose,
                 {"medium": tuple(map(Medium.parse, ("n-bk7", "nim-mirror", "nim-causal")))},
                 prism.SIZE,
+            ),
+            SceneType(
+                "lens",
+                "a flat lens: a plate of n = mu = -1, a ball behind it and its image before it",
+                lens.LensParameters,
+                lens.build,
+                lens.pose,
+                {"n": (1.0, 1.33, -1.0)},
+                lens.SIZE,
             ),
         )
     }

@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 import bpy
 from numpy.typing import ArrayLike
 
-from ..cycles.closures import INTERFACE, closure_of_node
-from ..cycles.closures.closure import handles
+from ..cycles.closures import GRADED_BALL, INTERFACE, closure_of_node
+from ..cycles.closures.closure import Closure, handles
 from ..cycles.closures.interface import Optics
 from ..cycles.material import interface_of, is_rough
 from ..cycles.nodes import Nodes, empty_tree
@@ -27,6 +27,7 @@ POWER = 0.05
 WHITE = (1.0, 1.0, 1.0)
 SHINY = 0.003  # Cycles takes a rougher closure as not quite a mirror, and finds lamps in it
 LOSSES = ("Extinction", "Permeability Loss", "Absorption")  # of an interface, by which it takes light
+CARRIERS = (GRADED_BALL,)  # closures that take light from vacuum to vacuum, all of it, and so do the same to photons
 THROUGH = "Through"  # the socket of the photons' interface for a factor on what passes, not on what is reflected
 DIFFUSE = {"BSDF_DIFFUSE", "EEVEE_SPECULAR", "SUBSURFACE_SCATTERING", "BSDF_TRANSLUCENT"}
 MIRRORS = {"BSDF_GLOSSY", "BSDF_GLASS", "BSDF_REFRACTION"}
@@ -100,10 +101,13 @@ class Bending:
             if is_interface(node):
                 self._note(node, path)
             trees.add(node.id_data)
-            closure = kind_of(node, path)
-            if closure == "glass":
+            kind = kind_of(node, path)
+            if carrier := carrier_of(node):
+                node.node_tree = carrier.group("nodes")
+                self.shares.add(1.0)
+            elif kind == "glass":
                 self._vitrify(node, path)
-            elif closure == "mirror":
+            elif kind == "mirror":
                 self._tame(node, path)
             elif node.type == "EMISSION":
                 _unlinked(node.inputs["Strength"]).default_value = 0.0
@@ -252,15 +256,21 @@ def _principled(node, path):
     return "glass" if whole and sharp and tint[:3] == WHITE else "rough"
 
 
+def carrier_of(node: bpy.types.Node) -> Closure | None:
+    """The closure of a node that is one of CARRIERS; None of all else."""
+    closure = closure_of_node(node)
+    return closure if closure in CARRIERS else None
+
+
 def lands(material: bpy.types.Material | None) -> bool:
     """Whether light lands on a material: it scatters diffusely."""
     return not has_nodes(material) or any(kind_of(*node) == "diffuse" for node in asked(material))
 
 
 def bends(material: bpy.types.Material | None) -> bool:
-    """Whether photons are bent or mirrored by a material: by an interface, or sharply by what does not scatter too."""
+    """Whether photons are bent or mirrored by a material: by one of our closures, or sharply by what does not scatter too."""
     nodes = asked(material)
-    if any(is_interface(node) for node, _ in nodes):
+    if any(is_interface(node) or carrier_of(node) for node, _ in nodes):
         return True
     kinds = [kind_of(*node) for node in nodes]
     if any(
@@ -286,10 +296,11 @@ def check(material: bpy.types.Material | None, name: str) -> None:
         return
     kinds = [(node, kind_of(node, path)) for node, path in asked(material)]
     scatters = any(kind == "diffuse" or (kind is None and node.type == "BSDF_GLOSSY") for node, kind in kinds)
-    passes = any(kind == "glass" or node.type == "BSDF_REFRACTION" or is_interface(node) for node, kind in kinds)
+    ours = any(is_interface(node) or carrier_of(node) for node, _ in kinds)
+    passes = ours or any(kind == "glass" or node.type == "BSDF_REFRACTION" for node, kind in kinds)
     whose = f"the material {material.name} of {name}"
     for node, _ in kinds:
-        if _is_shader(node) and (closure := closure_of_node(node)) and not is_interface(node):
+        if _is_shader(node) and (closure := closure_of_node(node)) and not (is_interface(node) or carrier_of(node)):
             raise ValueError(
                 f"{whose} bends light by a {closure.label}, of which caustics know nothing; give {name} another material, or "
                 "hide it from renders."

@@ -13,8 +13,10 @@ from mathutils.bvhtree import BVHTree
 from numpy.typing import ArrayLike, NDArray
 
 from ..physics import Interface
+from ..physics.laws import Law
 from ..physics.rays import Hit
 from . import meshes
+from .laws import asked_law, law_of
 from .material import asked_interfaces, interface_of, is_rough
 from .visibility import Shown
 
@@ -45,7 +47,7 @@ class Faces:
     points: (V, 3); faces: the indices of their corners, counter-clockwise as seen from outside
     """
 
-    def __init__(self, points: NDArray, faces: Sequence[Sequence[int]], interface: Interface | None = None):
+    def __init__(self, points: NDArray, faces: Sequence[Sequence[int]], interface: Interface | Law | None = None):
         self.interface = interface
         self._low, self._high = meshes.bounds(points)
         self._tree = BVHTree.FromPolygons(points.tolist(), faces)
@@ -73,19 +75,20 @@ class _Body(NamedTuple):
 class Meshes:
     """The meshes of visibility.shown(), as physics.rays.trace() takes surfaces; valid as long as their depsgraph.
 
-    Faces with an interface node bend rays, all others stop them. `unknown` names the materials whose media a link
-    decides: what it gives is not known here, so rays stop there as well. `rough` names those with a rough surface, where
-    rays go as by a smooth one, in the middle of what is scattered. `bounds` maps each object (its original) to
-    the two corners of its interfaces, and is empty where there is none; `low` and `high` are those of all, `size` the
-    distance between them. `gap` is more than the rounding of a hit, for trace(): Blender's trees find the face, in single
-    precision, and where a ray meets it is worked out again in double.
+    Faces with an interface node bend rays, those of another law (cycles.laws) take them elsewhere, all others stop them.
+    `unknown` names the materials whose media a link decides: what it gives is not known here, so rays stop there as well.
+    `rough` names those with a rough surface, where rays go as by a smooth one, in the middle of what is scattered. `bounds`
+    maps each object (its original) to the two corners of its interfaces, and is empty where there is none; `low` and `high`
+    are those of all, `size` the distance between them. `gap` is more than the rounding of a hit, for trace(): Blender's trees
+    find the face, in single precision, and where a ray meets it is worked out again in double.
 
     A bend uses the interpolated normal, as Cycles does: with the faces' own, a beam through a round but coarse mesh
     comes out as one bundle a face.
     """
 
     def __init__(self, surfaces: Iterable[Shown], depsgraph: bpy.types.Depsgraph):
-        self.interfaces, self.bounds = [], {}
+        self.interfaces: list[Interface | Law] = []
+        self.bounds = {}
         self.unknown, self.rough = set(), set()
         self._bodies, boxes, known_meshes, known_materials = [], [], {}, {}
         far = 0.0
@@ -102,7 +105,7 @@ class Meshes:
             for material in surface.materials:
                 if material not in known_materials:
                     known_materials[material] = self._which(material)
-            which = np.array([known_materials[material] for material in surface.materials])
+            which = np.array([self._placed(known_materials[material], matrix) for material in surface.materials])
             own = mesh.points(which >= 0)
             if len(own):
                 low, high = meshes.bounds(meshes.moved(own, matrix))
@@ -119,11 +122,24 @@ class Meshes:
         self.gap = 1e-6 * far
         self._boxes = np.array(boxes).reshape(-1, 2, 3)
 
+    def _placed(self, which, matrix):
+        """Index of what _which() says of a material, on an object of that matrix; -1 where rays end at it."""
+        if isinstance(which, int):
+            return which
+        material, found = which
+        law = law_of(found, matrix)
+        if law is None:
+            self.unknown.add(material.name)
+            return -1
+        self.interfaces.append(law)
+        return len(self.interfaces) - 1
+
     def _which(self, material):
-        """Index of the material's interface, -1 where rays end at it."""
+        """Index of the material's interface, -1 where rays end at it; or it and its node, where its law has a place."""
         found = asked_interfaces(material)
         if not found:
-            return -1
+            lawful = asked_law(material)
+            return (material, lawful) if lawful else -1
         interface = interface_of(*found[0])
         if interface is None:
             self.unknown.add(material.name)

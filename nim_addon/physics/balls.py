@@ -36,6 +36,7 @@ class Ball:
         way = np.repeat(points[:, None], POINTS, axis=1)
         for row in np.flatnonzero(comes_out):
             way[row] = center + self.radius * _evenly(graded.path(self.profile, at[row], directions[row]))
+        way[:, 0] = points  # of a facet
         start = np.where(comes_out[:, None], center + self.radius * carried.points, points)
         out = np.where(comes_out[:, None], carried.directions, directions)
         return [

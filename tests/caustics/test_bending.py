@@ -9,9 +9,11 @@ import pytest
 
 from nim_addon.caustics.lights import Sun
 from nim_addon.caustics.photons import Tracer
+from nim_addon.cycles.graded import graded_ball_material
 from nim_addon.cycles.material import NODE_NAME, interface_material, interface_node
 from nim_addon.cycles.nodes import Nodes, empty_tree
 from nim_addon.physics import Interface, Medium
+from nim_addon.physics.graded import Profile
 from nim_addon.scenes import shapes
 from tests.caustics.rig import landed_of, over_floor
 
@@ -245,3 +247,66 @@ def test_an_interface_in_a_persons_groups_bends_photons(times, empty_file):
     assert same.sum() == pytest.approx(power.sum(), rel=0.02)
     assert np.median(place, axis=0) == pytest.approx(np.median(plain, axis=0), abs=0.01)
     assert set(bpy.data.node_groups) == groups | mine  # copies of groups are gone
+
+
+# ------------------------------------------------------------------------------------------------ other closures
+
+
+def graded_ball(device, backend="nodes", **values):
+    return graded_ball_material("Ball", Profile(device, **values), backend=backend)
+
+
+def round_ball(radius=1.0):
+    vertices, faces = shapes.cube_sphere(16)
+    return radius * np.asarray(vertices), faces
+
+
+@pytest.mark.parametrize("backend", ["osl", "nodes"])
+def test_the_focus_of_a_luneburg_ball_is_bright_behind_it(backend, empty_file):
+    """All light of the sun that meets it comes to the point of its far rim, and all goes on from there."""
+    material = graded_ball("luneburg", backend)
+    before = {tree.name for tree in bpy.data.node_groups}
+    scene = scene_of(material, round_ball())
+    bpy.data.objects["Surface"].location.z = 0.001  # the floor lies at -1
+    place, power = landed(scene)
+    near = np.hypot(*place.T) < 0.001 * math.tan(math.asin(0.9))
+    for some, share in ((near, 0.9**2), (slice(None), 1.0)):
+        assert power[some, 0].sum() == pytest.approx(share * math.pi, rel=2e-2)
+    # half of the radius lower, a cone whose rays go down by the cosine of their angle of incidence
+    bpy.data.objects["Surface"].location.z = 0.5
+    place, power = landed(scene)
+    radius = np.hypot(*place.T)
+    for least, most in ((0.1, 0.2), (0.3, 0.5)):
+        sines = [distance / math.hypot(distance, 0.5) for distance in (least, most)]
+        ring = power[(radius > least) & (radius < most), 0].sum()
+        assert ring == pytest.approx(math.pi * (sines[1] ** 2 - sines[0] ** 2), rel=6e-2)
+    assert {tree.name for tree in bpy.data.node_groups} == before
+
+
+def test_a_ball_in_the_light_beside_an_interface_counts_no_crossing(empty_file):
+    """A photon that has passed a ball has crossed nothing, and one that is in a medium as well has crossed one interface."""
+    scene = over_floor(interface_material("Sea", Medium(1.5), backend="nodes"), shapes.rectangle((-3, -3), (3, 3)))
+    scene.mesh("Ball", *round_ball(0.5), graded_ball("invisible"), location=(0, 0, 1))
+    place, power = landed(scene.scene)
+    T = float(Interface(Medium(1.5)).fresnel(1.0).T)
+    within = np.hypot(*place.T) < 0.45
+    for some, area in ((within, math.pi * 0.45**2), (np.abs(place).max(axis=1) < 2, 16.0)):
+        assert power[some, 0].sum() == pytest.approx(area * T / 1.5**2, rel=4e-2)
+
+
+def test_what_a_core_takes_does_not_land(empty_file):
+    scene = scene_of(graded_ball("magnifier", core=0.5, surface="black"), round_ball())
+    place, power = landed(scene)
+    assert power.sum() == 0 or np.hypot(*place.T).min() > 0.98
+
+
+def test_a_ball_that_scatters_too_is_refused(empty_file, one_sentence):
+    material = graded_ball("luneburg")
+    nodes = Nodes(material.node_tree)
+    surface = material.node_tree.get_output_node("CYCLES").inputs["Surface"]
+    diffuse = nodes.add("ShaderNodeBsdfDiffuse")
+    mix = nodes.add("ShaderNodeMixShader", inputs={1: surface.links[0].from_socket, 2: diffuse.outputs[0]})
+    nodes.feed(surface, mix.outputs[0])
+    with pytest.raises(ValueError) as error:
+        Tracer(scene_of(material, round_ball())).__enter__()
+    one_sentence(error.value, "Ball", "in part")

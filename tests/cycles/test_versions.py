@@ -28,7 +28,7 @@ ROOT = Path(__file__).parents[2]
 FINGERPRINTS = {
     "nim_interface": {"osl": "0b8dcb6184b816be", "nodes": "9bc4945530430932"},
     "nim_shutter": {"osl": "6a685c889f452bd9", "nodes": "a9e68e22ad0e4aa6"},
-    "nim_graded_ball": {"osl": "d9d5ca61d2e8821c", "nodes": "6a26a56b67589425"},
+    "nim_graded_ball": {"osl": "6b71c5a09e9e8618", "nodes": "3e3a6f198091004c"},
 }
 
 

@@ -9,12 +9,15 @@ import numpy as np
 import pytest
 from mathutils import Euler, Matrix
 
+from nim_addon.cycles.graded import graded_ball_material
 from nim_addon.cycles.visibility import PATHS_MARK
 from nim_addon.physics import Interface, Medium
+from nim_addon.physics.balls import POINTS
+from nim_addon.physics.graded import Profile
 from nim_addon.physics.rays import Kind, Shapes, Sphere, trace
 from nim_addon.scenes import glass, shapes, sphere
 from nim_addon.ui import light_curves, light_paths
-from tests.ui.drawn_paths import add_floor, add_interface, direction, drawn
+from tests.ui.drawn_paths import add, add_floor, add_interface, direction, drawn
 
 
 @pytest.fixture
@@ -90,6 +93,28 @@ def test_a_beam_through_a_moved_and_mirrored_ball_is_the_analytic_one(scene, pre
     # as much; the faces' own would be wrong by their angle, 0.03, and get better with it, not with its square
     assert errors[1] < 10 * (1 - math.cos(math.radians(90 / 48 / math.sqrt(2)))), errors
     assert errors[1] < 0.4 * errors[0], errors
+
+
+def test_a_beam_through_a_luneburg_ball_is_curved_to_its_far_rim(scene, press):
+    material = graded_ball_material("Lens", Profile("luneburg"), backend="nodes", radius=0.5)
+    ball = add("Lens", *shapes.cube_sphere(24), material, smooth=True)
+    ball.data.transform(Matrix.Scale(0.5, 4))
+    turn = Euler((0.5, 0.6, 0.7)).to_matrix().to_4x4()
+    ball.matrix_world = Matrix.Translation((1, 2, 3)) @ turn @ Matrix.Diagonal((-3, 3, 3, 1))
+    scene.cursor.location = (-2, 2, 3)
+    press("nim.light_paths", rays=7, fit=False, width=2.0, reach=1.0, aim="DIRECTION", direction=(1, 0, 0))
+    pieces, _ = drawn(Kind.TRANSMITTED)
+    out = pieces[np.linalg.norm(pieces[:, 1] - (1, 2, 3), axis=1) > 1.5 + 1e-3]
+    assert len(out) == 7 and len(pieces) == 7 * POINTS
+    np.testing.assert_allclose(out[:, 0], np.tile((2.5, 2, 3), (7, 1)), atol=1e-5)
+    sines = np.linspace(-1, 1, 7) / 1.5
+    np.testing.assert_allclose(np.sort(direction(out)[:, 2]), np.sort(sines), atol=1e-5)
+    assert not len(drawn(Kind.REFLECTED)[0])
+    # a function is not kept in the file, and so not known
+    material = graded_ball_material("Function", Profile(lambda r: np.sqrt(2 - r * r)), backend="nodes")
+    ball.data.materials[0] = material
+    with pytest.raises(RuntimeError, match="no visible mesh"):
+        press("nim.light_paths")
 
 
 def test_flat_faces_bend_by_their_own_normals(scene, press):

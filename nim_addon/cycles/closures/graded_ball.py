@@ -6,7 +6,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from .closure import Closure, Socket
-from .formulas import Sheet, Value, choose, dot, length, maximum, minimum, normalize, sqrt
+from .formulas import Sheet, Value, choose, dot, length, maximum, normalize, sqrt
 
 OUTWARDS, ONWARDS = 2e-6, 1e-5  # as in nim_graded_ball.osl
 
@@ -17,8 +17,8 @@ SWEEP = Socket(
     (-1.0, 0.0, 1.0),
     None,
     None,
-    "Cosine and sine of the angle between where a ray enters and where it leaves, and what is left of its light; of the "
-    "fish-eye, half a turn, where nothing is linked",
+    "Cosine and sine of the angle between where a ray enters and where it leaves, and 1 where it does, 0 where it ends; those "
+    "of the fish-eye, half a turn, where nothing is linked",
     hide_value=True,
 )
 RADIUS = Socket(
@@ -82,10 +82,12 @@ def _twin(sheet: Sheet) -> None:
     leaving = c * x + p * t
     start = centre + R * ((1 + OUTWARDS) * x + ONWARDS * leaving)
     direction = normalize(leaving)
-    weight = minimum(maximum(parts["Z"], 0.0), 1.0)
+    goes_on = parts["Z"] > 0.5
 
     sheet.frame("From within, and beside the sphere, straight on", top=-1000)
-    jump = sheet.node("ShaderNodeBsdfRayPortal", "jumped", {"Color": weight, "Position": start, "Direction": direction})
+    jump = sheet.node(
+        "ShaderNodeBsdfRayPortal", "jumped", {"Color": goes_on, "Position": start, "Direction": direction}
+    )
     straight = sheet.node("ShaderNodeBsdfTransparent", "straight on")
     passes = maximum(back, 1 - (p < 1))
     BSDF = choose(passes, straight, jump)

@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What our closures other than the interface do to rays, read from a material: the physics.laws.Law of a surface."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..physics.balls import Ball
+from ..physics.laws import Law
+from .closures import GRADED_BALL, closure_of_node
+from .graded import profile_of
+from .material import asked_closures, number_of
+from .visibility import Asked
+
+
+def asked_law(material: bpy.types.Material | None) -> Asked | None:
+    """The node of a material that law_of() reads, the first that a render asks; None where there is none."""
+    return next((found for found in asked_closures(material) if closure_of_node(found.node) in READERS), None)
+
+
+def law_of(found: Asked, matrix: NDArray) -> Law | None:
+    """The law of the surface of an object, by its closure's node; None where a link or a function decides what it is.
+
+    found: as asked_law() gives it; matrix: (4, 4) of the object, from its own space to the world
+    """
+    closure = closure_of_node(found.node)
+    return READERS[closure](found, np.asarray(matrix, float)) if closure in READERS else None
+
+
+def _ball(found, matrix):
+    # its node is within that of its profile
+    profile = profile_of(found.path[-1]) if found.path else None
+    radius = number_of(found.node.inputs["Radius"], found.path)
+    if profile is None or radius is None:
+        return None
+    return Ball(profile, matrix[:3, 3], radius * float(np.linalg.norm(matrix[:3, 0])))
+
+
+# {closure: function(its Asked, matrix) that gives the Law, or None where it cannot be told}
+READERS: dict[object, Callable[[Asked, NDArray], Law | None]] = {GRADED_BALL: _ball}

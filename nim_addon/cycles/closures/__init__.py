@@ -11,13 +11,17 @@ import bpy
 from .closure import Closure, Socket, version_of
 from .graded_ball import GRADED_BALL
 from .interface import INTERFACE
+from .lenslet_window import LENSLET_WINDOW
 from .shutter import SHUTTER
+from .uniaxial_slab import UNIAXIAL_SLAB
 
 __all__ = [
     "CLOSURES",
     "GRADED_BALL",
     "INTERFACE",
+    "LENSLET_WINDOW",
     "SHUTTER",
+    "UNIAXIAL_SLAB",
     "Closure",
     "Socket",
     "closure_of",
@@ -26,7 +30,7 @@ __all__ = [
 ]
 
 # SHUTTER bends no light: it tells the others, and all that shines, which wavelength the path has
-CLOSURES = (INTERFACE, SHUTTER, GRADED_BALL)
+CLOSURES = (INTERFACE, SHUTTER, GRADED_BALL, LENSLET_WINDOW, UNIAXIAL_SLAB)
 
 
 def closure_of(tree: bpy.types.NodeTree | None) -> Closure | None:

@@ -37,6 +37,7 @@ VECTOR_MATH = {
     "dot": "DOT_PRODUCT",
     "length": "LENGTH",
     "normalize": "NORMALIZE",
+    "cross": "CROSS_PRODUCT",
 }
 # how strongly they bind, and how labels write them
 INFIX = {">": (0, " > "), "<": (0, " < "), "+": (1, " + "), "-": (1, " - "), "*": (2, " "), "scale": (2, " ")}
@@ -185,6 +186,11 @@ def equal(a: Value, b: Operand, within: float) -> Value:
 def dot(a: Value, b: Value) -> Value:
     """The scalar product of two vectors."""
     return _calculated("dot", a, b)
+
+
+def cross(a: Value, b: Value) -> Value:
+    """The vector product of two vectors."""
+    return _calculated("cross", a, b)
 
 
 def length(vector: Value) -> Value:

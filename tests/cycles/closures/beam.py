@@ -72,7 +72,9 @@ def landing(target, direction, backend, distance=4.0, width=1e-3):
     scene.render.resolution_percentage = 100
     pixels = pixels_of(scene).reshape(-1, 3).astype(float)
     x, y, share = pixels.mean(axis=0)
-    error = max(pixels[:, 2].std(ddof=1), 12**-0.5 / SAMPLES) / ACROSS  # pixels count whole paths, and are rounded to them
+    error = (
+        max(pixels[:, 2].std(ddof=1), 12**-0.5 / SAMPLES) / ACROSS
+    )  # pixels count whole paths, and are rounded to them
     return share, np.array([x, y]) / max(share, 1e-12) - OFFSET, error
 
 

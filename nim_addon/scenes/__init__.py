@@ -9,7 +9,7 @@ import bpy  # the wheel has bmesh only once bpy is imported
 
 from ..base.text import unknown
 from ..physics import MEDIA, Medium
-from . import cube, drop, glass, lens, pool, prism, sea, sphere
+from . import ball, cube, drop, glass, lens, pool, prism, sea, sphere
 from .parameters import Parameters, written
 from .stage import Pose
 
@@ -107,6 +107,15 @@ SCENES = MappingProxyType(
                 lens.pose,
                 {"n": (1.0, 1.33, -1.0)},
                 lens.SIZE,
+            ),
+            SceneType(
+                "ball",
+                "a graded ball in a garden: a lens, a fish-eye, a magnifier, or what nobody sees",
+                ball.BallParameters,
+                ball.build,
+                ball.pose,
+                {"device": ("luneburg", "magnifier", "cloak")},
+                ball.SIZE,
             ),
         )
     }

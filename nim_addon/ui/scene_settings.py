@@ -16,7 +16,7 @@ from .media import DISPERSIVE_TEXTS, plain
 from .translations import OWN
 
 # Blender files hold these numbers: they stay, and new names get new ones.
-SCENE_NUMBERS = {"glass": 0, "pool": 1, "sphere": 2, "sea": 3, "prism": 4, "drop": 5, "lens": 6}
+SCENE_NUMBERS = {"glass": 0, "pool": 1, "sphere": 2, "sea": 3, "prism": 4, "drop": 5, "lens": 6, "ball": 7}
 LIQUID_NUMBERS = {"none": 0, "custom": 1, "water": 2, "nim": 3, "glass": 4, "diamond": 5}
 LIQUID_NUMBERS |= {"nim-1.025": 6, "nim-1.5": 7, "nim-2.418": 8, "nim-4.1": 9, "nim-mu10": 10, "nim-mu25": 11}
 FILE_NUMBER = WORDS_NUMBER = 100  # a mesh file, or a medium, of one's own, after all the words there may ever be
@@ -43,8 +43,8 @@ QUALITIES = {"DEFAULT": (None, 100), "DRAFT": (32, 50), "GOOD": (256, 100), "FIN
 
 INDEX_LABELS = {"number": "Own Index", "words": "Own Medium"}
 LABELS = {"n": "Index", "mu": "Permeability"}
-# Where a number that is chosen from the others, which leave it open, starts as a person takes it over: at a NIM's permeability.
-FIRST = -1.0
+# Where a number that the others leave open starts as a person takes it over: a NIM's permeability, a ball's core and cap.
+FIRST = {"mu": -1.0, "core": 0.8, "cap": 3.0}
 
 
 # ------------------------------------------------------------------------------- a dataclass as Blender's properties
@@ -92,7 +92,7 @@ def _switch_of_own(label, description):
 
 def _number_properties(field, fields, chosen):
     data, name = field.metadata, field.name
-    start = FIRST if getattr(chosen, name) is None else getattr(chosen, name)
+    start = FIRST[name] if getattr(chosen, name) is None else getattr(chosen, name)
     own = {name: _float(label_of(field), _description(field), data["low"], data["high"], start, data["unit"])}
     if field.default is None:
         own[f"use_{name}"] = _switch_of_own(label_of(field), "Set it here, rather than leave it to the rest")
@@ -148,7 +148,7 @@ def _liquid_properties(field, fields, chosen):
     own[f"{name}_n"] = _float("Index", help_n, -10.0, 10.0, field.default.n)
     if "mu" not in fields:
         help_mu = "Relative permeability of the liquid; it has the sign of the index"
-        own[f"{name}_mu"] = _float("Permeability", help_mu, -100, 100, FIRST)
+        own[f"{name}_mu"] = _float("Permeability", help_mu, -100, 100, FIRST["mu"])
         help_use = "Set it here; else it is 1 with the sign of the index"
         own[f"use_{name}_mu"] = _switch_of_own("Permeability", help_use)
     own[f"{name}_words"] = _words_property("" if field.default in LIQUIDS else str(field.default))

@@ -6,6 +6,7 @@ import pytest
 
 from nim_addon import checks
 from nim_addon.cycles import settings
+from nim_addon.cycles.laws import asked_law
 from nim_addon.cycles.material import asked_interfaces, interface_material, interface_nodes, osl_available
 from nim_addon.cycles.problem import MODIFIED
 from nim_addon.physics import Medium
@@ -335,7 +336,8 @@ def test_the_scenes_have_no_problem(empty_file, name):
     scene = scene_type.build(scene_type.parameters(), "nodes")
     # the prism and the drop disperse, which a render of one wavelength does not show
     expected = ["one_wavelength"] if name in ("prism", "drop") else []
-    assert any(asked_interfaces(material) for material in bpy.data.materials) and codes(scene) == expected
+    assert any(asked_interfaces(material) or asked_law(material) for material in bpy.data.materials)
+    assert codes(scene) == expected
 
 
 def test_large_meshes_are_measured_when_asked(scene, press, monkeypatch):

@@ -12,9 +12,10 @@ from typing import Any, NamedTuple
 import bpy
 from numpy.typing import ArrayLike
 
-from ..cycles.closures import GRADED_BALL, INTERFACE, closure_of_node
+from ..cycles.closures import GRADED_BALL, INTERFACE, LENSLET_WINDOW, UNIAXIAL_SLAB, closure_of_node
 from ..cycles.closures.closure import Closure, handles
 from ..cycles.closures.interface import Optics
+from ..cycles.lenslets import window_of
 from ..cycles.material import interface_of, is_rough
 from ..cycles.nodes import Nodes, empty_tree
 from ..cycles.object_values import attributes_of, carry
@@ -27,7 +28,8 @@ POWER = 0.05
 WHITE = (1.0, 1.0, 1.0)
 SHINY = 0.003  # Cycles takes a rougher closure as not quite a mirror, and finds lamps in it
 LOSSES = ("Extinction", "Permeability Loss", "Absorption")  # of an interface, by which it takes light
-CARRIERS = (GRADED_BALL,)  # closures that take light from vacuum to vacuum, all of it, and so do the same to photons
+# closures that take light from vacuum to vacuum and, but for their tint and losses, do the same to photons
+CARRIERS = (GRADED_BALL, LENSLET_WINDOW, UNIAXIAL_SLAB)
 THROUGH = "Through"  # the socket of the photons' interface for a factor on what passes, not on what is reflected
 DIFFUSE = {"BSDF_DIFFUSE", "EEVEE_SPECULAR", "SUBSURFACE_SCATTERING", "BSDF_TRANSLUCENT"}
 MIRRORS = {"BSDF_GLOSSY", "BSDF_GLASS", "BSDF_REFRACTION"}
@@ -65,7 +67,7 @@ class Bending:
         self.shares: set[float | Interface | None] = set()
         self.tinted = False
         self._effects: dict[str | None, Effect] = {}
-        self.group = self._optics()
+        self.group, self._window = self._optics(), None
         self.dark = bpy.data.materials.new("NIM dark")
         nodes = Nodes(empty_tree(self.dark))
         nodes.end(nodes.add("ShaderNodeHoldout"))
@@ -103,8 +105,7 @@ class Bending:
             trees.add(node.id_data)
             kind = kind_of(node, path)
             if carrier := carrier_of(node):
-                node.node_tree = carrier.group("nodes")
-                self.shares.add(1.0)
+                self._carry(carrier, node, path)
             elif kind == "glass":
                 self._vitrify(node, path)
             elif kind == "mirror":
@@ -137,6 +138,47 @@ class Bending:
         self.tinted |= not _is_white(node.inputs["Tint"], path)
         losses = (node.inputs[f"{loss} {side}"] for loss in LOSSES for side in ("Inside", "Outside"))
         self.tinted |= any(value_of(socket, path) != 0.0 for socket in losses)
+
+    def _carry(self, carrier, node, path):
+        """Let one of CARRIERS be of nodes, and its tint and losses count only while the photons' colours are asked for."""
+        window = window_of(node, path) if carrier is LENSLET_WINDOW else None
+        if carrier is not LENSLET_WINDOW or (window and {*map(abs, window.eta)} == {1.0} and not any(window.offset)):
+            node.node_tree = carrier.group("nodes")
+            self.shares.add(1.0)
+        else:
+            node.node_tree = self._window = self._window or self._stretching()
+            self.shares.add(None)
+        nodes = Nodes(node.id_data)
+        if "Tint" in node.inputs:
+            tint = node.inputs["Tint"]
+            self.tinted |= not _is_white(tint, path)
+            nodes.feed(tint, nodes.mix(switch(nodes, "tinted"), WHITE, fed(tint)))
+        if "Losses" in node.inputs:
+            losses = node.inputs["Losses"]
+            self.tinted |= value_of(losses, path) != 0.0
+            nodes.feed(losses, nodes.math("MULTIPLY", fed(losses), switch(nodes, "tinted")))
+
+    def _stretching(self):
+        """The group of a window of lenslets, of which a crossing counts as it stretches the solid angle of light.
+
+        By (cos_t / cos_i)^4 / |eta_u eta_v| from in front, since cos d omega is cos^4 of the area of slopes: so much more or less
+        light falls on what is behind it, seen through which everything is as bright as without it.
+        """
+        group = LENSLET_WINDOW.new_copy("NIM photons at lenslets")
+        nodes, portal = Nodes(group), handles(group)["portal"]
+        geometry, entry = nodes.add("ShaderNodeNewGeometry").outputs, nodes.add("NodeGroupInput").outputs
+        cosines = [
+            nodes.add("ShaderNodeVectorMath", operation="DOT_PRODUCT", inputs={0: one, 1: geometry["True Normal"]})
+            for one in (fed(portal.inputs["Direction"]), geometry["Incoming"])
+        ]
+        ratio = nodes.math("ABSOLUTE", nodes.math("DIVIDE", *(cosine.outputs["Value"] for cosine in cosines)))
+        eta = nodes.math("ABSOLUTE", nodes.math("MULTIPLY", entry["Eta U"], entry["Eta V"]))
+        exponent = nodes.math("MULTIPLY_ADD", geometry["Backfacing"], 2 * POWER, -POWER)
+        share = nodes.math("MULTIPLY", nodes.math("POWER", ratio, 4 * POWER), nodes.math("POWER", eta, exponent))
+        color = portal.inputs["Color"]
+        nodes.feed(color, nodes.mix(switch(nodes, "counted"), fed(color), _count(nodes, share)))
+        self.trees.append(group)
+        return group
 
     def _vitrify(self, glass, path):
         """Put our interface, whose crossings are counted, in the place of a Glass or Principled BSDF: they are the same."""

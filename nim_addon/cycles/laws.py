@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import bpy
 import numpy as np
@@ -11,9 +12,12 @@ from numpy.typing import NDArray
 
 from ..physics.balls import Ball
 from ..physics.laws import Law
-from .closures import GRADED_BALL, closure_of_node
+from ..physics.lenslet import Pane
+from .closures import GRADED_BALL, LENSLET_WINDOW, UNIAXIAL_SLAB, closure_of_node
 from .graded import profile_of
+from .lenslets import window_of
 from .material import asked_closures, number_of
+from .slabs import slab_of
 from .visibility import Asked
 
 
@@ -40,5 +44,20 @@ def _ball(found, matrix):
     return Ball(profile, matrix[:3, 3], radius * float(np.linalg.norm(matrix[:3, 0])))
 
 
+def _pane(found, matrix):
+    window = window_of(*found)
+    return window and Pane(window, matrix[:3, :2].T)
+
+
+def _slab(found, matrix):
+    # as thick as along z, which the faces of a plate look along
+    slab = slab_of(*found)
+    return slab and replace(slab, thickness=slab.thickness * float(np.linalg.norm(matrix[:3, 2])))
+
+
 # {closure: function(its Asked, matrix) that gives the Law, or None where it cannot be told}
-READERS: dict[object, Callable[[Asked, NDArray], Law | None]] = {GRADED_BALL: _ball}
+READERS: dict[object, Callable[[Asked, NDArray], Law | None]] = {
+    GRADED_BALL: _ball,
+    LENSLET_WINDOW: _pane,
+    UNIAXIAL_SLAB: _slab,
+}

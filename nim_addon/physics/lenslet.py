@@ -9,6 +9,7 @@ reflected, and as tangents reach from -90 to 90 degrees nothing is totally refle
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -16,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .interface import unit
+from .laws import Branch
 
 Pair = tuple[float, float]
 
@@ -117,3 +119,22 @@ def _slopes(d: ArrayLike, normal: ArrayLike, u: ArrayLike) -> _Slopes:
 def _of_length_1(vectors: NDArray) -> NDArray:
     """Vectors (..., 3) made of length 1, those with a NaN all NaN."""
     return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+
+
+@dataclass(frozen=True, eq=False)
+class Pane:
+    """A window as rays meet it, a laws.Law: on faces of an object, whose axes x and y are `axes` (2, 3) in the world.
+
+    u is x as it lies in a face, or y where the face looks along x.
+    """
+
+    window: LensletWindow
+    axes: ArrayLike
+
+    def branches(self, points: NDArray, directions: NDArray, normals: NDArray) -> Sequence[Branch]:
+        """As laws.Law.branches: through the window, where there are any lenslets that let a ray pass."""
+        x, y = unit(self.axes)
+        within = np.linalg.norm(x - np.sum(x * normals, axis=1, keepdims=True) * normals, axis=1, keepdims=True)
+        u = np.where(within < 1e-3, y, x)
+        share = np.nan_to_num(self.window.transmittance(directions, normals, u))
+        return [Branch(share, points, self.window.bend(directions, normals, u))]

@@ -10,11 +10,14 @@ kx^2 / along + kz^2 / across = 1, in units of the wave number of vacuum; energy 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from .laws import Branch
 
 
 class Polarised(NamedTuple):
@@ -82,6 +85,28 @@ class UniaxialSlab:
         """
         straight = np.tan(theta)
         return Polarised(*(self.thickness * (slope - straight) for slope in self.slopes(theta)))
+
+    def branches(self, points: NDArray, directions: NDArray, normals: NDArray) -> Sequence[Branch]:
+        """As laws.Law.branches: s, p, what is reflected, and straight on from behind; lengths as the thickness has them."""
+        along = np.sum(directions * normals, axis=1)
+        behind = along > 0
+        cosine = np.clip(-along, 1e-9, 1)
+        theta = np.arccos(cosine)
+        sideways = directions + cosine[:, None] * normals  # as long as sin(theta)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            slopes, shares = self.slopes(theta), self.transmittances(theta)
+            ways = [np.nan_to_num(slope / np.sin(theta)) for slope in slopes]
+        found = []
+        for way, share in zip(ways, shares, strict=True):
+            start = points + self.thickness * (way[:, None] * sideways - normals)
+            found.append(Branch(np.where(behind, 0, share / 2), start, directions, np.stack([points, start], axis=1)))
+        mirrored = directions - 2 * along[:, None] * normals
+        left = np.where(behind, 0, 1 - (shares.s + shares.p) / 2)
+        return [
+            *found,
+            Branch(left, points, mirrored, reflected=True),
+            Branch(behind * 1.0, points, directions),
+        ]
 
     def _waves(self, theta):
         """sin(theta), and |kz| of s and p within, NaN where the wave decays."""

@@ -7,7 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from nim_addon.physics.lenslet import LensletWindow
+from nim_addon.physics.lenslet import LensletWindow, Pane
+from nim_addon.physics.rays import Fate, Plane, Shapes, trace
 
 ETAS = (-1.0, -1.2, 0.8, -0.5, 2.0, (-0.7, 1.6))
 OFFSETS = ((0.0, 0.0), (0.3, -0.2))
@@ -89,3 +90,21 @@ def test_wrong_numbers_are_refused_in_one_sentence(wrong, one_sentence):
 
 def test_rays_within_the_window_go_nowhere():
     assert np.isnan(LensletWindow(2.0).bend((1, 0, 0), (0, 0, 1), (1, 0, 0))).all()
+
+
+def test_rays_are_traced_through_a_window():
+    window = LensletWindow((-1.0, 2.0), (0.1, 0.0), 5.0)
+    pane = Plane((0, 0, 0), (0, 0, 1), Pane(window, np.eye(3)[:2]))
+    floor = Plane((0, 0, -2), (0, 0, 1))
+    paths = trace(Shapes(pane, floor), [(0, 0, 1), (0, 0, 1)], [(0.2, 0.4, -1), (0, 0, -1)])
+    landed = paths.fate == Fate.LANDED
+    np.testing.assert_allclose(paths.end[landed], [(0, 0.8, -2), (0.2, 0, -2)], atol=1e-12)
+    share = window.transmittance([(0.2, 0.4, -1), (0, 0, -1)], (0, 0, 1), (1, 0, 0))
+    np.testing.assert_allclose(paths.arriving[landed], share, atol=1e-15)
+    np.testing.assert_allclose(paths.lost, 1 - share, atol=1e-15)
+    # a face that looks along x, in which u is y
+    side = Shapes(
+        Plane((0, 0, 0), (1, 0, 0), Pane(LensletWindow((2.0, -1.0)), np.eye(3)[:2])), Plane((-1, 0, 0), (1, 0, 0))
+    )
+    (end,) = (paths := trace(side, (1, 0, 0), (-1, 0.5, 0.25))).end[paths.fate == Fate.LANDED]
+    np.testing.assert_allclose(end, (-1, 0.75, 0), atol=1e-12)

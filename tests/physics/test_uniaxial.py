@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from nim_addon.physics import Interface, Medium
+from nim_addon.physics.rays import Fate, Plane, Shapes, trace
 from nim_addon.physics.uniaxial import UniaxialSlab
 
 ANGLES = np.radians([0.0, 5.0, 30.0, 60.0, 85.0])
@@ -105,3 +106,19 @@ def test_wrong_numbers_are_refused_in_one_sentence(wrong, one_sentence):
     with pytest.raises(ValueError) as error:
         HYPERBOLIC.slopes(math.pi / 2)
     assert "theta" in one_sentence(str(error.value))
+
+
+def test_rays_are_traced_through_a_plate_of_two_faces():
+    theta, d = ANGLES[2], HYPERBOLIC.thickness
+    near, far = Plane((0, 0, 0), (0, 0, 1), HYPERBOLIC), Plane((0, 0, -d), (0, 0, -1), HYPERBOLIC)
+    floor = Plane((0, 0, -d - 1), (0, 0, 1))
+    for angle in (theta, 0.0):
+        direction = (math.sin(angle), 0, -math.cos(angle))
+        paths = trace(Shapes(near, far, floor), (0, 0, 0.0) - np.array(direction), direction)
+        slopes, T = HYPERBOLIC.slopes(angle), HYPERBOLIC.transmittances(angle)
+        landed = paths.fate == Fate.LANDED
+        expected = [(d * slope + math.tan(angle), 0, -d - 1) for slope in slopes]
+        np.testing.assert_allclose(paths.end[landed], expected, atol=1e-9)
+        np.testing.assert_allclose(paths.arriving[landed], np.array(T) / 2, atol=1e-15)
+        gone = paths.fate == Fate.ESCAPED
+        assert paths.arriving[gone].sum() == pytest.approx(1 - (T.s + T.p) / 2) and paths.lost == pytest.approx(0)

@@ -10,11 +10,15 @@ import pytest
 from mathutils import Euler, Matrix
 
 from nim_addon.cycles.graded import graded_ball_material
+from nim_addon.cycles.lenslets import lenslet_material
+from nim_addon.cycles.slabs import slab_material
 from nim_addon.cycles.visibility import PATHS_MARK
 from nim_addon.physics import Interface, Medium
 from nim_addon.physics.balls import POINTS
 from nim_addon.physics.graded import Profile
+from nim_addon.physics.lenslet import LensletWindow
 from nim_addon.physics.rays import Kind, Shapes, Sphere, trace
+from nim_addon.physics.uniaxial import UniaxialSlab
 from nim_addon.scenes import glass, shapes, sphere
 from nim_addon.ui import light_curves, light_paths
 from tests.ui.drawn_paths import add, add_floor, add_interface, direction, drawn
@@ -351,3 +355,26 @@ def test_paths_are_seen_and_change_nothing_else(scene, press, render):
     # in the middle of the ball only where that is wanted; else there is some noise, as a ray passes unseen surfaces
     assert changed[True][11:13, 10:14].mean() > 0.3
     assert changed[False][11:13, 10:14].mean() < 0.03
+
+
+def test_beams_through_a_window_of_lenslets_and_a_hyperbolic_slab(scene, press):
+    turn = Matrix.Translation((1, 2, 3)) @ Euler((0.5, 0.6, 0.7)).to_matrix().to_4x4()
+    normal, x = np.array(turn.col[2])[:3], np.array(turn.col[0])[:3]
+    # the window is turned to the light, which comes 30 degrees from its normal
+    d = math.sin(math.pi / 6) * x - math.cos(math.pi / 6) * normal
+    window = add("Window", *shapes.rectangle((-2, -2), (2, 2)), lenslet_material("Window", LensletWindow(-1.0)))
+    window.matrix_world = turn
+    scene.cursor.location = np.array((1, 2, 3)) - d
+    press("nim.light_paths", rays=1, fit=False, reach=1.0, aim="DIRECTION", direction=d)
+    (piece,) = drawn(Kind.TRANSMITTED)[0]
+    np.testing.assert_allclose(piece[0], (1, 2, 3), atol=1e-5)
+    np.testing.assert_allclose(piece[1] - piece[0], d - 2 * (d @ x) * x, atol=1e-5)
+    slab = UniaxialSlab(2.0, -3.0, 0.25)
+    window.data.materials[0] = slab_material("Slab", slab)
+    window.scale = 2, 2, 2
+    press("nim.light_paths", rays=1, fit=False, reach=1.0, aim="DIRECTION", direction=d)
+    pieces, _ = drawn(Kind.TRANSMITTED)
+    ends = np.array((1, 2, 3)) - 0.5 * normal + 0.5 * np.array(slab.slopes(math.pi / 6))[:, None] * x
+    out = np.array([piece for piece in pieces if np.linalg.norm(piece[0] - (1, 2, 3)) > 1e-3])
+    np.testing.assert_allclose(out[np.argsort(out[:, 0] @ x), 0], ends[np.argsort(ends @ x)], atol=1e-5)
+    np.testing.assert_allclose(direction(out), [d, d], atol=1e-5)

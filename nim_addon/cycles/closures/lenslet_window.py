@@ -3,6 +3,10 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
+import bpy
+
 from .closure import Closure, Socket
 from .formulas import Sheet, Value, choose, cross, dot, length, maximum, minimum, normalize
 
@@ -70,7 +74,13 @@ SOCKETS = (
 )
 
 
-def _twin(sheet: Sheet) -> None:
+class Optics(NamedTuple):
+    """What others may change in a group of the window in nodes: `portal`, the node of the closure that bends light."""
+
+    portal: bpy.types.Node
+
+
+def _twin(sheet: Sheet) -> Optics:
     """The formulas of nim_lenslet_window.osl, in its words."""
     axes = sheet.frame("Axes in the window: u, the object's x axis or y axis, and v = n x u")
     geometry = sheet.node("ShaderNodeNewGeometry", "I, Ng, which side")
@@ -114,6 +124,7 @@ def _twin(sheet: Sheet) -> None:
     BSDF = sheet.node("ShaderNodeBsdfRayPortal", "bent", {"Color": weight * tint, "Direction": d})
     sheet.name(locals())
     sheet.end(BSDF)
+    return Optics(BSDF.node)
 
 
 LENSLET_WINDOW = Closure(

@@ -1,16 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The material of a graded ball, for scripts: made of a profile, and read again as one.
+"""The materials of graded balls, and of graded shells around a core, for scripts: made of a profile, and read again as one.
 
 A person sees one node, the group of a profile: within it the sine of the angle of incidence reads a table of sweeps, an
-image that is packed into the file, and the closure GRADED_BALL jumps by what it finds there. The group says in a custom
-property which profile it is of; materials of the same profile and backend share it.
+image that is packed into the file, and the closure, GRADED_BALL or GRADED_CORE, jumps by what it finds there. The group says
+in a custom property which profile it is of; materials of the same profile and backend share it.
 """
 
 from __future__ import annotations
 
 import functools
 import json
-from collections.abc import Iterable
 from dataclasses import asdict
 
 import bpy
@@ -19,9 +18,9 @@ from numpy.typing import NDArray
 
 from ..physics import graded
 from ..physics.graded import Profile
-from .closures import GRADED_BALL
+from .closures import GRADED_BALL, GRADED_CORE, Closure, closure_of_node
 from .closures.backends import resolve
-from .closures.formulas import Sheet
+from .closures.formulas import Sheet, Value, minimum
 from .closures.graded_ball import RADIUS, entry
 from .nodes import empty_tree
 
@@ -45,6 +44,32 @@ def graded_ball_material(
     Raises TypeError for what is no Profile, ValueError for a radius out of range, a core that is to be seen or an unknown
     backend, RuntimeError for "osl" in a Blender without OSL; nothing is made then.
     """
+    if isinstance(profile, Profile) and closure_of_profile(profile) is GRADED_CORE:
+        raise ValueError(
+            "what a graded ball has in it is not seen, so that its core is a mirror or black; make a core that is to be seen "
+            "a ball of its own within a graded_core_material."
+        )
+    return _material(name, profile, backend, radius)
+
+
+def graded_core_material(
+    name: str, profile: Profile, *, backend: str = "auto", radius: float = 1.0
+) -> bpy.types.Material:
+    """A material for a graded shell around a core: both balls around one point, the core of any material of its own.
+
+    The core's radius is profile.core of the shell's. What light meets on it, it meets as in vacuum, by the angle that it has
+    within the shell. The arguments are those of graded_ball_material(), and what is raised; ValueError, too, for a profile
+    without a core that is textured.
+    """
+    if isinstance(profile, Profile) and closure_of_profile(profile) is not GRADED_CORE:
+        raise ValueError(
+            "a graded shell is seen around a core of a material of its own; give the profile a core, and surface='textured', "
+            "or take graded_ball_material."
+        )
+    return _material(name, profile, backend, radius)
+
+
+def _material(name, profile, backend, radius):
     if not RADIUS.min < radius <= RADIUS.max:
         raise ValueError(f"radius = {radius!r} of a graded ball is out of range; give a number above 0, such as 1.0.")
     group(profile, backend)  # raises, if it must, before there is a material
@@ -64,7 +89,7 @@ def profile_node(tree: bpy.types.NodeTree, profile: Profile, *, backend: str = "
     inner = group(profile, backend)
     node = tree.nodes.new("ShaderNodeGroup")
     node.node_tree = inner
-    node.name = node.label = GRADED_BALL.label
+    node.name = node.label = closure_of_profile(profile).label
     node.width = 220
     return node
 
@@ -107,28 +132,35 @@ def switch(material: bpy.types.Material, backend: str) -> int:
 # ------------------------------------------------------------------------------------------------ its group and its table
 
 
+def closure_of_profile(profile: Profile) -> Closure:
+    """GRADED_CORE for a profile with a core that is textured, and so seen; else GRADED_BALL."""
+    return GRADED_CORE if profile.core is not None and profile.surface == "textured" else GRADED_BALL
+
+
 def backend_of(tree: bpy.types.NodeTree) -> str:
     """The backend, "osl" or "nodes", of the group of a profile."""
-    return GRADED_BALL.backend_of(_jumps(tree)[0].node_tree)
+    (node,) = _jumps(tree)
+    return closure_of_node(node).backend_of(node.node_tree)
 
 
 def _jumps(tree):
     """The node of the closure in the group of a profile, in a list; none in any other group."""
-    return [node for node in tree.nodes if GRADED_BALL.is_node(node)] if CONTENT in tree else []
+    if CONTENT not in tree:
+        return []
+    return [node for node in tree.nodes if closure_of_node(node) in (GRADED_BALL, GRADED_CORE)]
 
 
 def group(profile: Profile, backend: str = "auto") -> bpy.types.NodeTree:
     """The node group of a profile and a backend in this file, made on first use; every material shares it.
 
-    One of a function n(r) is made anew each time. Raises TypeError for what is no Profile, ValueError for one with a core
-    that is to be seen, and as backends.resolve() does.
+    One of a function n(r) is made anew each time. Raises TypeError for what is no Profile, ValueError for a cloak
+    around a core that is textured, and as backends.resolve() does.
     """
     if not isinstance(profile, Profile):
         raise TypeError(f"profile = {profile!r} is no Profile; give one, such as Profile('luneburg').")
-    if profile.core and profile.surface == "textured":
+    if profile.is_cloak and closure_of_profile(profile) is GRADED_CORE:
         raise ValueError(
-            "what a graded ball has in it is not seen, so that its core is a mirror or black; make a core that is to be seen "
-            "a ball of its own within a graded_core_material."
+            "a cloak hides what is in it, and has no core that could be seen; make its surface a mirror or black."
         )
     backend, content = resolve(backend), _text(profile)
     found = _found(content, backend)
@@ -148,7 +180,9 @@ def _of_backend(tree: bpy.types.NodeTree, backend: str) -> bpy.types.NodeTree:
 
 
 def _new_group(profile, content, backend, image):
-    name = f"{GRADED_BALL.label}: {title(profile)}"
+    """A group of a profile, None for one of a function."""
+    closure = closure_of_profile(profile) if profile else GRADED_BALL
+    name = f"{closure.label}: {title(profile)}"
     tree = bpy.data.node_groups.new(name if backend == "osl" else f"{name} (nodes)", "ShaderNodeTree")
     tree[CONTENT] = content
     tree.interface.new_socket("BSDF", in_out="OUTPUT", socket_type="NodeSocketShader")
@@ -156,36 +190,63 @@ def _new_group(profile, content, backend, image):
     item.default_value, item.min_value, item.max_value = RADIUS.default, RADIUS.min, RADIUS.max
     item.description = RADIUS.description
     sheet = Sheet(tree, {RADIUS.identifier: RADIUS.name})
-    sheet.frame("Where the ray enters: h = tan(theta_i / 2) = p / (1 + c)")
+    sheet.frame("Where the ray comes from: h = tan(angle / 2) = p / (1 + c)")
     (radius,) = sheet.inputs("radius")
-    met = entry(sheet, radius)
-    h = met.p / (1 + met.c)
+    inputs, row = {RADIUS.name: radius}, 0.5
+    if closure is GRADED_CORE:
+        core_index = float(profile.index(np.array([profile.core]))[0])
+        core = _constant(sheet, "core", profile.core)
+        inputs |= {"Core": core, "Core Index": _constant(sheet, "index at the core", core_index)}
+        met = entry(sheet, radius, core)
+        row = 0.25 + 0.5 * met.back  # the upper one is of rays from the core
+    else:
+        met = entry(sheet, radius)
+    h = minimum(met.p / (1 + met.c), 1.0)
     u = h * ((TEXELS - 1) / TEXELS) + 0.5 / TEXELS
     sheet.name(locals())
     sheet.frame("Table of the sweep, and the jump", top=-560)
-    place = sheet.node("ShaderNodeCombineXYZ", "its place in the table", {"X": u, "Y": 0.5})
+    place = sheet.node("ShaderNodeCombineXYZ", "its place in the table", {"X": u, "Y": row})
     texture = sheet.node("ShaderNodeTexImage", "sweep", {"Vector": place}, image=image, extension="EXTEND")
-    inputs = {"Sweep": texture, RADIUS.name: radius}
-    sheet.end(sheet.node("ShaderNodeGroup", GRADED_BALL.label, inputs, node_tree=GRADED_BALL.group(backend)))
+    inputs["Sweep"] = texture
+    sheet.end(sheet.node("ShaderNodeGroup", closure.label, inputs, node_tree=closure.group(backend)))
     return tree
 
 
+def _constant(sheet: Sheet, label: str, number: float) -> Value:
+    value = sheet.node("ShaderNodeValue", label)
+    value.socket.default_value = number
+    return value
+
+
 def _image(profile: Profile, content: str) -> bpy.types.Image:
-    """The table of a profile as a packed image of float, (TEXELS, 1)."""
+    """The tables of a profile as a packed image of float, TEXELS wide, a row each: from the rim, and from the core."""
     found = next((image for image in bpy.data.images if content and image.get(CONTENT) == content), None)
-    return found or new_table(TABLE.format(title(profile)), content, [graded.table(profile, TEXELS)])
-
-
-def new_table(name: str, content: str, rows: Iterable[NDArray]) -> bpy.types.Image:
-    """A packed image of float that holds tables (N, 3), the first as the lowest row; content: of what, for who reads it."""
-    rows = np.stack(list(rows))
-    height, width, _ = rows.shape
-    image = bpy.data.images.new(name, width, height, alpha=True, float_buffer=True, is_data=True)
+    if found:
+        return found
+    rows = np.stack(
+        _core_tables(profile) if closure_of_profile(profile) is GRADED_CORE else [graded.table(profile, TEXELS)]
+    )
+    image = bpy.data.images.new(TABLE.format(title(profile)), TEXELS, len(rows), float_buffer=True, is_data=True)
     image[CONTENT] = content
     image.alpha_mode, image.use_half_precision = "CHANNEL_PACKED", False
-    image.pixels.foreach_set(np.concatenate([rows, np.ones((height, width, 1))], axis=2).astype(np.float32).ravel())
+    opaque = np.ones((*rows.shape[:2], 1))
+    image.pixels.foreach_set(np.concatenate([rows, opaque], axis=2).astype(np.float32).ravel())
     image.pack()
     return image
+
+
+def _core_tables(profile: Profile) -> list[NDArray]:
+    """Of rays from the rim, and from the core: cosine and sine of the angle they go round, and whether they come to the core."""
+    h = np.arange(TEXELS) / (TEXELS - 1)
+    sines = np.minimum(2 * h / (1 + h * h), 1)
+    landing = graded.landing(profile, sines)
+    angle, leaves = graded.leaving(profile, sines)
+    # in the sense of p, against which light goes in a NIM
+    angle = angle * np.sign(profile.index(np.array([profile.core])))
+    inwards = np.where(landing.reached, landing.angle, graded.sweep(profile, sines))
+    return [
+        np.stack([np.cos(a), np.sin(a), to_core], -1) for a, to_core in ((inwards, landing.reached), (angle, ~leaves))
+    ]
 
 
 def _remove_unused(tree: bpy.types.NodeTree) -> None:

@@ -10,10 +10,10 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..physics.balls import Ball
+from ..physics.balls import Ball, Shell
 from ..physics.laws import Law
 from ..physics.lenslet import Pane
-from .closures import GRADED_BALL, LENSLET_WINDOW, UNIAXIAL_SLAB, closure_of_node
+from .closures import GRADED_BALL, GRADED_CORE, LENSLET_WINDOW, UNIAXIAL_SLAB, closure_of_node
 from .graded import profile_of
 from .lenslets import window_of
 from .material import asked_closures, number_of
@@ -41,7 +41,8 @@ def _ball(found, matrix):
     radius = number_of(found.node.inputs["Radius"], found.path)
     if profile is None or radius is None:
         return None
-    return Ball(profile, matrix[:3, 3], radius * float(np.linalg.norm(matrix[:3, 0])))
+    kind = Shell if closure_of_node(found.node) is GRADED_CORE else Ball
+    return kind(profile, matrix[:3, 3], radius * float(np.linalg.norm(matrix[:3, 0])))
 
 
 def _pane(found, matrix):
@@ -58,6 +59,7 @@ def _slab(found, matrix):
 # {closure: function(its Asked, matrix) that gives the Law, or None where it cannot be told}
 READERS: dict[object, Callable[[Asked, NDArray], Law | None]] = {
     GRADED_BALL: _ball,
+    GRADED_CORE: _ball,
     LENSLET_WINDOW: _pane,
     UNIAXIAL_SLAB: _slab,
 }

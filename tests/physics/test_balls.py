@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from nim_addon.physics import Interface, Medium
-from nim_addon.physics.balls import Ball
+from nim_addon.physics.balls import Ball, Shell
 from nim_addon.physics.graded import Profile
 from nim_addon.physics.laws import Branch
 from nim_addon.physics.rays import Fate, Kind, Plane, Shapes, Sphere, trace
@@ -86,6 +86,51 @@ def test_rays_from_within_and_beside_the_sphere_go_straight_on():
     ways = trace(Shapes(wide), CENTER + RADIUS * np.array([[0, 0, 0], [1.1, 0, 3]]), (0, 0, -1), reach=9.0)
     check_chain(ways)
     np.testing.assert_array_equal(ways.direction, np.tile((0, 0, -1), (len(ways.ray), 1)))
+
+
+@pytest.mark.parametrize(
+    "profile", [Profile("magnifier", core=0.6, surface="textured"), Profile("luneburg", core=0.5, surface="textured")]
+)
+def test_a_mirror_within_a_shell_is_the_ball_with_a_mirror_in_it(profile):
+    """A ray that comes to the core, is mirrored by it and leaves, by two tables, goes as one that is carried by one sweep."""
+    core = Sphere(CENTER, profile.core * RADIUS, Mirror())
+    shell = Sphere(CENTER, RADIUS, Shell(profile, CENTER, RADIUS))
+    origins = CENTER + RADIUS * np.stack([HEIGHTS, 0 * HEIGHTS, 3 + 0 * HEIGHTS], axis=-1)
+    paths = trace(Shapes(shell, core), origins, (0, 0, -1), reach=5.0)
+    check_chain(paths)
+    out = last(paths)
+    whole = through(Profile(profile.n, core=profile.core))
+    np.testing.assert_allclose(paths.start[out], whole.start[last(whole)], atol=1e-6)
+    np.testing.assert_allclose(paths.direction[out], whole.direction[last(whole)], atol=1e-6)
+
+
+def test_light_that_glides_away_from_a_core_of_high_index_falls_back():
+    profile = Profile("magnifier", core=0.5, surface="textured")
+    shell = Shapes(
+        Sphere(CENTER, RADIUS, Shell(profile, CENTER, RADIUS)), Sphere(CENTER, 0.5 * RADIUS * (1 - 1e-6), None)
+    )
+    start = CENTER + 0.5 * RADIUS * UP
+    for sine, fate in ((0.45, Fate.ESCAPED), (0.55, Fate.LANDED)):
+        paths = trace(shell, start, (sine, 0, np.sqrt(1 - sine**2)))
+        check_chain(paths)
+        assert paths.fate[-1] == fate
+        # n = -1 / r^2 is that of a ball of n = 1 turned inside out: straight lines in 1 / r
+        place = ((paths.start if fate == Fate.ESCAPED else paths.end)[-1] - CENTER) / RADIUS
+        if fate == Fate.ESCAPED:
+            p = sine / 0.5
+            turned = np.arcsin(p) - np.arcsin(sine)
+            np.testing.assert_allclose(place, (np.sin(turned), 0, np.cos(turned)), atol=1e-6)
+            np.testing.assert_allclose(paths.direction[-1] @ place, np.sqrt(1 - p**2), atol=1e-6)
+            assert np.cross(place, paths.direction[-1])[1] < 0, "on the other side than in a medium of n > 0"
+        else:
+            turned = np.pi - 2 * np.arcsin(sine)
+            np.testing.assert_allclose(place, np.multiply(0.5, (np.sin(turned), 0, np.cos(turned))), atol=1e-5)
+
+
+class Mirror:
+    def branches(self, points, directions, normals):
+        mirrored = directions - 2 * np.sum(directions * normals, axis=1, keepdims=True) * normals
+        return [Branch(np.ones(len(points)), points, mirrored, reflected=True)]
 
 
 class Halves:

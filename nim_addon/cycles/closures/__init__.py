@@ -10,6 +10,7 @@ import bpy
 
 from .closure import Closure, Socket, version_of
 from .graded_ball import GRADED_BALL
+from .graded_core import GRADED_CORE
 from .interface import INTERFACE
 from .lenslet_window import LENSLET_WINDOW
 from .shutter import SHUTTER
@@ -18,6 +19,7 @@ from .uniaxial_slab import UNIAXIAL_SLAB
 __all__ = [
     "CLOSURES",
     "GRADED_BALL",
+    "GRADED_CORE",
     "INTERFACE",
     "LENSLET_WINDOW",
     "SHUTTER",
@@ -30,7 +32,7 @@ __all__ = [
 ]
 
 # SHUTTER bends no light: it tells the others, and all that shines, which wavelength the path has
-CLOSURES = (INTERFACE, SHUTTER, GRADED_BALL, LENSLET_WINDOW, UNIAXIAL_SLAB)
+CLOSURES = (INTERFACE, SHUTTER, GRADED_BALL, GRADED_CORE, LENSLET_WINDOW, UNIAXIAL_SLAB)
 
 
 def closure_of(tree: bpy.types.NodeTree | None) -> Closure | None:

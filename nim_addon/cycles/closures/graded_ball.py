@@ -35,6 +35,7 @@ RADIUS = Socket(
 class Entry(NamedTuple):
     """Where a ray meets the ideal sphere: its centre and radius in the world, sine and cosine of the angle of incidence.
 
+    p, c: of a core, too, the sine and cosine of the angle at which a ray from within has left it
     f:    unit vector towards the point of the ray that is nearest to the centre; 0 of a ray through it
     d:    its direction; back: whether it meets the faces from within
     """
@@ -48,8 +49,11 @@ class Entry(NamedTuple):
     back: Value
 
 
-def entry(sheet: Sheet, radius: Value) -> Entry:
-    """The nodes of where a ray meets the sphere of that radius, in the object's space, around the object's origin."""
+def entry(sheet: Sheet, radius: Value, core: Value | None = None) -> Entry:
+    """The nodes of where a ray meets the sphere of that radius, in the object's space, around the object's origin.
+
+    core: radius of a core within, in parts of that radius
+    """
     geometry = sheet.node("ShaderNodeNewGeometry", "I, P, which side")
     d, back = -geometry["Incoming"], geometry["Backfacing"]
     to_world = {"convert_from": "OBJECT", "convert_to": "WORLD"}
@@ -58,7 +62,8 @@ def entry(sheet: Sheet, radius: Value) -> Entry:
     R = radius * length(across)
     from_centre = geometry["Position"] - centre
     F = from_centre - dot(from_centre, d) * d
-    p = length(F) / R
+    from_R = R if core is None else R * choose(back, core, 1.0)
+    p = length(F) / from_R
     c = sqrt((1 - p) * (1 + p))
     f = normalize(F)
     sheet.name(locals())

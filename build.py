@@ -6,8 +6,8 @@
   python3 build.py test                run the tests (more words go to pytest)
   python3 build.py lint                check the style, by ruff, and the types, by pyright
   python3 build.py blends [sea...]     write blend_scenes/*.blend, the asset library (some minutes) and the groups of nodes that
-                                       are shipped, or only what is named: glass, pool, sphere, sea, drop, prism, lens, ball;
-                                       or assets, or closures
+                                       are shipped, or only what is named: glass, pool, sphere, sea, drop, prism, lens, ball,
+                                       window; or assets, or closures
   python3 build.py package             build and validate dist/nim_addon-X.Y.Z.zip with Blender's own tool
   python3 build.py docs [--out DIR]    make the pages of docs/ as HTML, in dist/docs/ or DIR (needs no Blender)
   python3 build.py bench [glass|peers] print how fast it is, beside Blender's own Glass BSDF, Mitsuba 3 and POV-Ray

@@ -2,7 +2,7 @@
 """What can be asked of a render: the choices and limits that the command line, the records in images and the panel share."""
 
 # Of scenes.SCENES, for those who must not import bpy to name them.
-SCENE_NAMES = ("glass", "pool", "sphere", "sea", "drop", "prism", "lens", "ball")
+SCENE_NAMES = ("glass", "pool", "sphere", "sea", "drop", "prism", "lens", "ball", "window")
 BACKENDS = ("auto", "osl", "nodes")  # what the materials are made of; auto is OSL where there is some
 BACKEND_NAMES = {"osl": "OSL", "nodes": "Blender's own nodes"}
 CAUSTICS = ("path", "traced")  # the light of the sun behind an interface: found by chance, or traced from the sun

@@ -9,7 +9,7 @@ import bpy  # the wheel has bmesh only once bpy is imported
 
 from ..base.text import unknown
 from ..physics import MEDIA, Medium
-from . import ball, cube, drop, glass, lens, pool, prism, sea, sphere
+from . import ball, cube, drop, glass, lens, pool, prism, sea, sphere, window
 from .parameters import Parameters, written
 from .stage import Pose
 
@@ -116,6 +116,15 @@ SCENES = MappingProxyType(
                 ball.pose,
                 {"device": ("luneburg", "magnifier", "cloak")},
                 ball.SIZE,
+            ),
+            SceneType(
+                "window",
+                "a chess piece behind a window of lenslets, or of a medium through which it is seen twice",
+                window.WindowParameters,
+                window.build,
+                window.pose,
+                {"eta": (1.0, 0.8, -1.0)},
+                window.SIZE,
             ),
         )
     }

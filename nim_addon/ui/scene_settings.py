@@ -16,7 +16,7 @@ from .media import DISPERSIVE_TEXTS, plain
 from .translations import OWN
 
 # Blender files hold these numbers: they stay, and new names get new ones.
-SCENE_NUMBERS = {"glass": 0, "pool": 1, "sphere": 2, "sea": 3, "prism": 4, "drop": 5, "lens": 6, "ball": 7}
+SCENE_NUMBERS = {"glass": 0, "pool": 1, "sphere": 2, "sea": 3, "prism": 4, "drop": 5, "lens": 6, "ball": 7, "window": 8}
 LIQUID_NUMBERS = {"none": 0, "custom": 1, "water": 2, "nim": 3, "glass": 4, "diamond": 5}
 LIQUID_NUMBERS |= {"nim-1.025": 6, "nim-1.5": 7, "nim-2.418": 8, "nim-4.1": 9, "nim-mu10": 10, "nim-mu25": 11}
 FILE_NUMBER = WORDS_NUMBER = 100  # a mesh file, or a medium, of one's own, after all the words there may ever be
@@ -43,8 +43,8 @@ QUALITIES = {"DEFAULT": (None, 100), "DRAFT": (32, 50), "GOOD": (256, 100), "FIN
 
 INDEX_LABELS = {"number": "Own Index", "words": "Own Medium"}
 LABELS = {"n": "Index", "mu": "Permeability"}
-# Where a number that the others leave open starts as a person takes it over: a NIM's permeability, a ball's core and cap.
-FIRST = {"mu": -1.0, "core": 0.8, "cap": 3.0}
+# Where a number that the others leave open starts as a person takes it over: a NIM's permeability, a core, a cap, a lenslet.
+FIRST = {"mu": -1.0, "core": 0.8, "cap": 3.0, "aperture": 0.5}
 
 
 # ------------------------------------------------------------------------------- a dataclass as Blender's properties

@@ -35,7 +35,17 @@ def test_fresnel_prints_the_equations(capsys):
 def test_scenes_lists_every_parameter(capsys):
     assert command.main(["scenes", "--json"]) == 0
     listed = json.loads(capsys.readouterr().out)
-    assert {scene["name"] for scene in listed} == {"glass", "pool", "sphere", "sea", "drop", "prism", "lens", "ball"}
+    assert {scene["name"] for scene in listed} == {
+        "glass",
+        "pool",
+        "sphere",
+        "sea",
+        "drop",
+        "prism",
+        "lens",
+        "ball",
+        "window",
+    }
     assert all(field["description"] and field["allowed"] for scene in listed for field in scene["parameters"])
     assert command.main(["scenes"]) == 0
     assert "companions" in capsys.readouterr().out

@@ -60,6 +60,7 @@ def test_numbers_of_enums_are_what_older_files_hold(settings):
         "drop": 5,
         "lens": 6,
         "ball": 7,
+        "window": 8,
     }
     assert numbers(settings.pool, "view") == {"side": 0, "top": 1, "window": 2}
     assert numbers(settings.pool, "sky") == {"overcast": 0, "sunny": 1}

@@ -15,7 +15,7 @@ from .words import add_backend, add_json, add_parser
 
 def add_to(commands: argparse._SubParsersAction) -> None:
     """Add the parser of the subcommand."""
-    summary = "Measure with Cycles whether this Blender obeys the equations (about 25 s)."
+    summary = "Measure with Cycles whether this Blender obeys the equations (about 30 s)."
     parser = add_parser(commands, "verify", run, summary)
     add_backend(parser)
     add_json(parser)

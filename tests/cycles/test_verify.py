@@ -7,8 +7,9 @@ import bpy
 import numpy as np
 import pytest
 
-from nim_addon.cycles import verify, wavelength
-from nim_addon.cycles.closures import INTERFACE, script
+from nim_addon.cycles import verify, verify_closures, wavelength
+from nim_addon.cycles.closures import GRADED_BALL, GRADED_CORE, INTERFACE, script
+from nim_addon.physics.graded import DEVICES
 
 
 @pytest.fixture(scope="module", params=["osl", "nodes"])
@@ -36,6 +37,10 @@ def test_covers_what_it_promises(checks):
     assert sum(check.what == "T" for check in checks) == 36
     assert len({check.transmitted for check in checks if check.what == "T"}) == 6
     assert {check.angle for check in checks if check.what == "slab"} == set(verify.SLAB_ANGLES)
+    # every device of a graded ball, windows of both signs, slabs
+    assert {check.transmitted for check in checks if check.what == "line"} == set(DEVICES)
+    others = {check.transmitted for check in checks if check.what == "landing"}
+    assert {"lenslets -1", "lenslets 0.8", "uniaxial 1.5, -3", "shell of magnifier"} <= others
     # two wavelengths land apart
     apart = {check.transmitted: check.equation for check in checks if check.transmitted.endswith(" nm")}
     assert abs(apart["n-bk7 450 nm"] - apart["n-bk7 650 nm"]) > 3 * verify.LANDING_TOLERANCE
@@ -52,7 +57,18 @@ def test_standard_errors_are_not_too_wide_to_tell(checks):
 
 def test_leaves_nothing_behind(checks):
     kinds = ("scenes", "objects", "meshes", "materials", "worlds", "cameras", "images")
-    made = ("NIM goniometer", "NIM strip", "NIM beam", "NIM floor", "NIM chain", "NIM furnace", "beam")
+    made = (
+        "NIM goniometer",
+        "NIM strip",
+        "NIM beam",
+        "NIM floor",
+        "NIM chain",
+        "NIM furnace",
+        "NIM ball",
+        "NIM wall",
+        "Sweep of",
+        "beam",
+    )
     assert not [data.name for kind in kinds for data in getattr(bpy.data, kind) if data.name.startswith(made)]
 
 
@@ -99,6 +115,27 @@ def test_a_closure_with_wrong_losses_fails(right, wrong, measure, caught, monkey
     assert right in source
     monkeypatch.setattr(script, "source", lambda shader: source.replace(right, wrong))
     assert caught in {check.what for check in measure(40.0, "osl") if not check.passed}
+
+
+@pytest.mark.parametrize(
+    ("closure", "right", "wrong", "measure", "argument", "caught"),
+    [
+        # a sweep in the wrong sense
+        (GRADED_BALL, "turned[0] * e1 + turned[1] * e2", "turned[0] * e1 - turned[1] * e2", "ball", "turn", "line"),
+        # one path in a hundred lost
+        (GRADED_BALL, "BSDF = ray_portal", "BSDF = 0.99 * ray_portal", "ball", "luneburg", "furnace"),
+        # beside the core by what it would be for a positive index
+        (GRADED_CORE, "x = turned[0] * e1 + turned[1]", "x = turned[0] * e1 - turned[1]", "core", None, "landing"),
+    ],
+)
+def test_another_wrong_closure_fails(closure, right, wrong, measure, argument, caught, monkeypatch):
+    source = closure.source()
+    assert right in source
+    changed = {closure.shader: source.replace(right, wrong)}
+    texts = script.source
+    monkeypatch.setattr(script, "source", lambda shader: changed.get(shader) or texts(shader))
+    checks = getattr(verify_closures, f"measure_{measure}")(argument, "osl")
+    assert caught in {check.what for check in checks if not check.passed}
 
 
 @pytest.mark.parametrize("backend", ["osl", "nodes"])

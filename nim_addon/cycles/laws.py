@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import bpy
 import numpy as np
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 from ..physics.balls import Ball, Shell
 from ..physics.laws import Law
 from ..physics.lenslet import Pane
+from ..physics.uniaxial import Plate
 from .closures import GRADED_BALL, GRADED_CORE, LENSLET_WINDOW, UNIAXIAL_SLAB, closure_of_node
 from .graded import profile_of
 from .lenslets import window_of
@@ -50,10 +50,9 @@ def _pane(found, matrix):
     return window and Pane(window, matrix[:3, :2].T)
 
 
-def _slab(found, matrix):
-    # as thick as along z, which the faces of a plate look along
+def _plate(found, matrix):
     slab = slab_of(*found)
-    return slab and replace(slab, thickness=slab.thickness * float(np.linalg.norm(matrix[:3, 2])))
+    return slab and Plate(slab, matrix[:3, :3])
 
 
 # {closure: function(its Asked, matrix) that gives the Law, or None where it cannot be told}
@@ -61,5 +60,5 @@ READERS: dict[object, Callable[[Asked, NDArray], Law | None]] = {
     GRADED_BALL: _ball,
     GRADED_CORE: _ball,
     LENSLET_WINDOW: _pane,
-    UNIAXIAL_SLAB: _slab,
+    UNIAXIAL_SLAB: _plate,
 }

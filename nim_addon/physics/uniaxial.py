@@ -86,28 +86,6 @@ class UniaxialSlab:
         straight = np.tan(theta)
         return Polarised(*(self.thickness * (slope - straight) for slope in self.slopes(theta)))
 
-    def branches(self, points: NDArray, directions: NDArray, normals: NDArray) -> Sequence[Branch]:
-        """As laws.Law.branches: s, p, what is reflected, and straight on from behind; lengths as the thickness has them."""
-        along = np.sum(directions * normals, axis=1)
-        behind = along > 0
-        cosine = np.clip(-along, 1e-9, 1)
-        theta = np.arccos(cosine)
-        sideways = directions + cosine[:, None] * normals  # as long as sin(theta)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            slopes, shares = self.slopes(theta), self.transmittances(theta)
-            ways = [np.nan_to_num(slope / np.sin(theta)) for slope in slopes]
-        found = []
-        for way, share in zip(ways, shares, strict=True):
-            start = points + self.thickness * (way[:, None] * sideways - normals)
-            found.append(Branch(np.where(behind, 0, share / 2), start, directions, np.stack([points, start], axis=1)))
-        mirrored = directions - 2 * along[:, None] * normals
-        left = np.where(behind, 0, 1 - (shares.s + shares.p) / 2)
-        return [
-            *found,
-            Branch(left, points, mirrored, reflected=True),
-            Branch(behind * 1.0, points, directions),
-        ]
-
     def _waves(self, theta):
         """sin(theta), and |kz| of s and p within, NaN where the wave decays."""
         theta = np.asarray(theta, float)
@@ -117,3 +95,36 @@ class UniaxialSlab:
         with np.errstate(invalid="ignore"):
             squares = self.across - sine**2, self.across * (1 - sine**2 / self.along)
             return sine, Polarised(*(np.sqrt(np.where(square > 0, square, np.nan)) for square in squares))
+
+
+@dataclass(frozen=True, eq=False)
+class Plate:
+    """A slab as rays meet it, a laws.Law: faces of an object that its thickness is in the space of.
+
+    matrix: (3, 3) from there to the world, which may scale it
+    """
+
+    slab: UniaxialSlab
+    matrix: ArrayLike = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+    def branches(self, points: NDArray, directions: NDArray, normals: NDArray) -> Sequence[Branch]:
+        """As laws.Law.branches: s, p, what is reflected, and straight on from behind."""
+        along = np.sum(directions * normals, axis=1, keepdims=True)
+        behind = along[:, 0] > 0
+        cosine = np.clip(-along, 1e-9, 1)
+        theta = np.arccos(cosine[:, 0])
+        sideways = directions + cosine * normals  # as long as sin(theta)
+        thickness = self.slab.thickness / np.linalg.norm(normals @ np.linalg.inv(self.matrix).T, axis=1, keepdims=True)
+        shares = self.slab.transmittances(theta)
+        found = []
+        for slope, share in zip(self.slab.slopes(theta), shares, strict=True):
+            with np.errstate(divide="ignore", invalid="ignore"):
+                way = np.nan_to_num(slope / np.sin(theta))[:, None]
+            start = points + thickness * (way * sideways - normals)
+            found.append(Branch(np.where(behind, 0, share / 2), start, directions, np.stack([points, start], axis=1)))
+        left = np.where(behind, 0, 1 - (shares.s + shares.p) / 2)
+        return [
+            *found,
+            Branch(left, points, directions - 2 * along * normals, reflected=True),
+            Branch(behind * 1.0, points, directions),
+        ]

@@ -8,7 +8,7 @@ import pytest
 
 from nim_addon.physics import Interface, Medium
 from nim_addon.physics.rays import Fate, Plane, Shapes, trace
-from nim_addon.physics.uniaxial import UniaxialSlab
+from nim_addon.physics.uniaxial import Plate, UniaxialSlab
 
 ANGLES = np.radians([0.0, 5.0, 30.0, 60.0, 85.0])
 HYPERBOLIC = UniaxialSlab(2.0, -3.0, 0.4)
@@ -110,7 +110,10 @@ def test_wrong_numbers_are_refused_in_one_sentence(wrong, one_sentence):
 
 def test_rays_are_traced_through_a_plate_of_two_faces():
     theta, d = ANGLES[2], HYPERBOLIC.thickness
-    near, far = Plane((0, 0, 0), (0, 0, 1), HYPERBOLIC), Plane((0, 0, -d), (0, 0, -1), HYPERBOLIC)
+    faces = ((0, 0, 0), (0, 0, 1)), ((0, 0, -d), (0, 0, -1))
+    # of an object that is scaled to half along z
+    plate = Plate(UniaxialSlab(2.0, -3.0, 2 * d), np.diag((3.0, 1.0, 0.5)))
+    near, far = (Plane(*face, plate) for face in faces)
     floor = Plane((0, 0, -d - 1), (0, 0, 1))
     for angle in (theta, 0.0):
         direction = (math.sin(angle), 0, -math.cos(angle))

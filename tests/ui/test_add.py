@@ -6,8 +6,13 @@ import numpy as np
 import pytest
 
 from nim_addon.checks.solids import Solid
+from nim_addon.cycles.closures import LENSLET_WINDOW, UNIAXIAL_SLAB
+from nim_addon.cycles.lenslets import window_of
 from nim_addon.cycles.material import interface_nodes, interface_of
+from nim_addon.cycles.slabs import slab_of
 from nim_addon.physics import MEDIA, Medium
+from nim_addon.physics.lenslet import LensletWindow
+from nim_addon.physics.uniaxial import UniaxialSlab
 
 
 @pytest.mark.parametrize(
@@ -133,3 +138,44 @@ def test_menus_come_and_go(addon):
     addon_utils.disable(addon, default_set=True)
     assert ours() == []
     addon_utils.enable(addon, default_set=True)
+
+
+def test_a_lenslet_window(addon, press):
+    """Upright, its front towards -y, and what it is told to be."""
+    bpy.context.scene.cursor.location = (1, 2, 3)
+    assert press("nim.add_lenslet_window", eta=-1.2, width=3, offset=(0.25, -0.5)) == {"FINISHED"}
+    object_ = bpy.context.object
+    assert object_.select_get() and tuple(object_.location) == (1, 2, 3) and object_.name == "Lenslet Window"
+    (face,) = object_.data.polygons
+    assert tuple(face.normal) == pytest.approx((0, -1, 0)) and tuple(object_.dimensions) == pytest.approx((3, 0, 3))
+    (node,) = LENSLET_WINDOW.nodes_of(object_.active_material)
+    assert window_of(node) == LensletWindow((node.inputs["Eta U"].default_value,) * 2, (0.25, -0.5))
+    assert node.inputs["Eta U"].default_value == pytest.approx(-1.2)
+    press("nim.add_lenslet_window", eta=-1.0, offset=(0, 0), finite=True, aperture=0.75)
+    (node,) = LENSLET_WINDOW.nodes_of(bpy.context.object.active_material)
+    assert window_of(node) == LensletWindow(-1.0, aperture=0.75)
+
+
+def test_a_hyperbolic_slab(addon, press):
+    """Two faces, as far apart as its material is thick."""
+    assert press("nim.add_slab", across=1.5, along=-2, thickness=0.25, width=3) == {"FINISHED"}
+    object_ = bpy.context.object
+    assert object_.name == "Hyperbolic Slab" and tuple(object_.dimensions) == pytest.approx((3, 0.25, 3))
+    (node,) = UNIAXIAL_SLAB.nodes_of(object_.active_material)
+    assert slab_of(node) == UniaxialSlab(1.5, -2.0, 0.25)
+    assert all(face.normal.y * face.center.y > 0 and abs(face.normal.y) == 1 for face in object_.data.polygons)
+
+
+@pytest.mark.parametrize(
+    ("operator", "values", "words"),
+    [
+        ("nim.add_lenslet_window", {"eta": 0.0}, "eta = 0"),
+        ("nim.add_lenslet_window", {"finite": True, "aperture": 0.0}, "aperture = 0"),
+        ("nim.add_slab", {"along": 0.0}, "along = 0"),
+    ],
+)
+def test_what_is_no_window_and_no_slab_adds_nothing(addon, press, operator, values, words):
+    count = len(bpy.data.objects), len(bpy.data.meshes), len(bpy.data.materials)
+    with pytest.raises(RuntimeError, match=words):
+        press(operator, **values)
+    assert (len(bpy.data.objects), len(bpy.data.meshes), len(bpy.data.materials)) == count

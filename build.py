@@ -13,6 +13,7 @@
   python3 build.py bench [glass|peers] print how fast it is, beside Blender's own Glass BSDF, Mitsuba 3 and POV-Ray
   python3 build.py bench waits         what a person waits for: a panel redrawn, a scene built, the command's first word
   python3 build.py bench scale         what scenes of 5 million triangles, or of 1,000 objects, cost
+  python3 build.py bench laws          graded balls and windows of lenslets beside Glass, and beside shells of our interface
   python3 build.py bench caustics      the same of caustics, beside path tracing and Mitsuba 3 (hours; some minutes: --quick)
   python3 build.py bench spectrum      the same of media that disperse, beside stacks of wavelengths, Mitsuba 3 and LuxCore
   python3 build.py release X.Y.Z       give what is here that version, and the changelog too; check all; build the extension
@@ -374,9 +375,9 @@ def docs(python, rest):
 
 def bench(python, rest):
     """Print the benchmarks: `glass`, our material beside Blender's, and `peers`, beside Mitsuba and POV-Ray, or only
-    what is named: one of them, `waits`, what a person waits for, `scale`, what large scenes cost, `spectrum`, media that
-    disperse beside Mitsuba and LuxCore, or `caustics`, which takes long."""
-    named = ("glass", "peers", "waits", "scale", "caustics", "spectrum")
+    what is named: one of them, `waits`, what a person waits for, `scale`, what large scenes cost, `laws`, other closures
+    beside Glass, `spectrum`, media that disperse beside Mitsuba and LuxCore, or `caustics`, which takes long."""
+    named = ("glass", "peers", "waits", "scale", "laws", "caustics", "spectrum")
     chosen = [rest[0]] if rest and rest[0] in named else ["glass", "peers"]
     words = rest[1:] if rest[:1] == chosen else rest
     return max(run(python, f"bench/{name}.py", *words) for name in chosen)

@@ -120,7 +120,9 @@ def _twin(sheet: Sheet) -> Optics:
     sheet.frame("The ray goes on along d; nothing where eta is 0", after=law)
     losses, tint = sheet.inputs("losses", "tint")
     is_window = abs(eta_u * eta_v) > 0
-    weight = is_window * (1 + losses * (share - 1))
+    # a product with a name, since Cycles drops all of it where losses are known to be 0
+    missed = losses * (1 - share)
+    weight = is_window * (1 - missed)
     BSDF = sheet.node("ShaderNodeBsdfRayPortal", "bent", {"Color": weight * tint, "Direction": d})
     sheet.name(locals())
     sheet.end(BSDF)

@@ -5,7 +5,7 @@ from itertools import chain
 from types import MappingProxyType
 
 from ..base.text import unknown
-from . import ball_diagram, caustics, cube, curves, diagrams, drop, glass, pool, sea, sphere
+from . import ball_diagram, caustics, cube, curves, diagrams, drop, glass, pool, sea, sphere, window
 from .recipes import Figure, in_order
 
 MODULES = (
@@ -19,6 +19,7 @@ MODULES = (
     curves,
     diagrams,
     ball_diagram,
+    window,
 )  # each has FIGURES, a tuple of Figure
 
 FIGURES = MappingProxyType(

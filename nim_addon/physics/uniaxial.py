@@ -114,7 +114,9 @@ class Plate:
         cosine = np.clip(-along, 1e-9, 1)
         theta = np.arccos(cosine[:, 0])
         sideways = directions + cosine * normals  # as long as sin(theta)
-        thickness = self.slab.thickness / np.linalg.norm(normals @ np.linalg.inv(self.matrix).T, axis=1, keepdims=True)
+        # of planes that are one unit apart in that space
+        unit = np.linalg.norm(normals @ np.asarray(self.matrix, float), axis=1, keepdims=True)
+        thickness = self.slab.thickness * unit
         shares = self.slab.transmittances(theta)
         found = []
         for slope, share in zip(self.slab.slopes(theta), shares, strict=True):

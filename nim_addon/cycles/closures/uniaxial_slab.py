@@ -73,9 +73,14 @@ def _twin(sheet: Sheet) -> None:
 
     places = sheet.frame("Where both leave: behind the slab, a slope of depth aside", after=waves, top=-560)
     (thickness,) = sheet.inputs("thickness")
-    to_object = {"vector_type": "VECTOR", "convert_from": "WORLD", "convert_to": "OBJECT"}
-    normal_there = sheet.node("ShaderNodeVectorTransform", "Ng in the object's space", {0: Ng}, **to_object)
-    depth = thickness / length(normal_there)
+    to_world = {"vector_type": "VECTOR", "convert_from": "OBJECT", "convert_to": "WORLD"}
+    x, y, z = (
+        dot(sheet.node("ShaderNodeVectorTransform", f"{name} axis", {0: axis}, **to_world), Ng)
+        for name, axis in (("x", (1.0, 0.0, 0.0)), ("y", (0.0, 1.0, 0.0)), ("z", (0.0, 0.0, 1.0)))
+    )
+    # of planes that are one unit apart in the object's space, however that is scaled
+    unit = sqrt(x * x + y * y + z * z)
+    depth = thickness * unit
     below = P - depth * Ng - (ONWARDS * (depth + length(P))) * I
     exit_s = below + (depth / sqrt(maximum(s2, 1e-12))) * sideways
     exit_p = below + (depth * abs(across) / (along * sqrt(maximum(p2, 1e-12)))) * sideways

@@ -20,8 +20,10 @@ def body(vertices, faces, material, matrix):
     mesh.from_pydata(np.asarray(vertices, float).tolist(), [], faces)
     mesh.materials.append(material)
     thing = bpy.data.objects.new("Body", mesh)
-    thing.matrix_world = mathutils.Matrix(np.asarray(matrix).tolist())
     bpy.context.scene.collection.objects.link(thing)
+    # an object by itself cannot be sheared
+    thing.parent = bpy.data.objects.new("Parent", None)
+    thing.matrix_parent_inverse = mathutils.Matrix(np.asarray(matrix).tolist())
     return thing
 
 

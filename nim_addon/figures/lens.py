@@ -49,9 +49,7 @@ def places(scene: bpy.types.Scene) -> None:
     data = bpy.data.meshes.new("Screen")
     data.from_pydata(vertices[:, [0, 2, 1]].tolist(), [], faces)
     data.materials.append(surfaces.shining("Screen", place))
-    screen = bpy.data.objects.new("Screen", data)
-    screen.location = (0, probes.find(scene, "Ball").location.y, scene_of.MIDDLE)
-    scene.collection.objects.link(screen)
+    probes.add(scene, "Screen", data, (0, probes.find(scene, "Ball").location.y, scene_of.MIDDLE))
 
 
 def shining(scene: bpy.types.Scene) -> None:
@@ -157,7 +155,7 @@ FIGURES = (
         ),
         (
             *(
-                Recipe(name, "lens", settings, draft=((360, 270), 64), final=((800, 600), 256), caption=caption)
+                Recipe(name, "lens", settings, draft=((360, 270), 64), final=((640, 480), 128), caption=caption)
                 for name, caption, settings in SHOWN
             ),
             *(_measured(f"image_{n:g}", n, places, PINHOLE, draft=((256, 256), 8)) for n in INDICES),

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..cycles.nodes import Nodes, empty_tree
 from ..scenes import surfaces
+from ..scenes.stage import STAGE_MARK
 
 
 def set_up(scene: bpy.types.Scene) -> None:
@@ -29,6 +30,15 @@ def find(scene: bpy.types.Scene, name: str) -> bpy.types.Object:
 
 def _built_as(object_):
     return object_.name.partition(".")[0]
+
+
+def add(scene: bpy.types.Scene, name: str, data: bpy.types.ID, location: tuple = (0, 0, 0)) -> bpy.types.Object:
+    """A new object of a built scene, which goes when that is built anew."""
+    object_ = bpy.data.objects.new(name, data)
+    object_[STAGE_MARK] = scene[STAGE_MARK]
+    object_.location = location
+    scene.collection.objects.link(object_)
+    return object_
 
 
 def show_only(scene: bpy.types.Scene, *names: str) -> None:

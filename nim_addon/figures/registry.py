@@ -17,6 +17,7 @@ MODULES = (
     caustics,
     drop,
     lens,
+    point_source,
     curves,
     diagrams,
     ball_diagram,

@@ -15,22 +15,26 @@ def add_to(commands: argparse._SubParsersAction) -> None:
         commands,
         "rays",
         run,
-        "Draw where rays go: a sphere, a pool, a slab, a prism, a drop, a graded ball or a window, cut through the middle.",
+        "Draw where rays go: a sphere, a pool, a slab, a prism, a drop, a flat lens, a lamp over a pool, a graded ball or a "
+        "window, cut through the middle.",
         "examples:\n"
         "  nimray rays sphere --n -1.5 --beam 21 --out sphere.svg\n"
         "  nimray rays pool --n -1.33 --out pool.svg\n"
         "  nimray rays prism --spectrum\n"
         "  nimray rays prism --spectrum --inside nim-causal --out causal.svg\n"
+        "  nimray rays lens --n -1.05\n"
         "  nimray rays ball --device eaton --out eaton.svg\n"
         "  nimray rays window --eta -1.2\n"
         "  nimray rays window --across 2 --along -3 --out slab.svg",
     )
     number, beam = words.number, words.whole("--beam", 1, 101)
     parser.add_argument(
-        "scene", type=str.lower, metavar="SCENE", help="sphere, pool, slab, prism, drop, ball or window"
+        "scene", type=str.lower, metavar="SCENE", help="sphere, pool, slab, prism, drop, lens, lamp, ball or window"
     )
     parser.add_argument("--n", type=number("--n"), metavar="N", help="refractive index (what the scene is about)")
-    parser.add_argument("--mu", type=number("--mu"), metavar="MU", help="relative permeability (1, or -1 for n < 0)")
+    parser.add_argument(
+        "--mu", type=number("--mu"), metavar="MU", help="relative permeability (1, or -1 for n < 0; of the lens N)"
+    )
     parser.add_argument("--inside", type=words.medium, metavar="M", help="the medium, in the place of --n and --mu")
     parser.add_argument("--spectrum", action="store_true", help="white light, drawn by its colours from 400 to 700 nm")
     parser.add_argument("--device", type=str.lower, metavar="D", help="of the ball: luneburg, fisheye, eaton, ...")

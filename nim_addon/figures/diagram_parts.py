@@ -88,6 +88,15 @@ def draw_spectrum(ax, trace: Callable[[Medium], Paths], medium: Medium, *, wides
     return paths
 
 
+def draw_light(ax, trace: Callable[[Medium], Paths], medium: Medium, widest: float, spectrum: bool) -> Paths:
+    """Draw the Paths that `trace` gives of a medium, or of white light by those of each wavelength; returns the Paths."""
+    if spectrum:
+        return draw_spectrum(ax, trace, medium, widest=widest)
+    paths = trace(medium)
+    draw_paths(ax, paths, widest=widest)
+    return paths
+
+
 def transparent_at(medium: Medium, wavelength_nm: float, *, loss: bool = False) -> Medium:
     """The Medium of plain numbers that a medium is at a wavelength; ValueError where it lets through no light to see.
 

@@ -34,6 +34,7 @@ from .diagram_paths import (
 from .drawing import BLUE, GREY, INK, known_suffix, look, save, sheet
 from .drop_diagram import draw_drop
 from .recipes import drawn_figure
+from .source_diagrams import draw_lamp, draw_lens
 
 MOST_RAYS = 101
 
@@ -45,7 +46,7 @@ def _draw_sphere(ax, title, medium, rays, widest, *, spectrum=False, beam=BEAMS[
 
     parts.view(ax, -2.15, 2.35, -1.55, 1.55)
     heights = np.linspace(beam.low, beam.high, rays) if rays > 1 else np.array([0.5])
-    paths = _light(ax, lambda at: sphere_paths(at, heights), medium, widest, spectrum)
+    paths = parts.draw_light(ax, lambda at: sphere_paths(at, heights), medium, widest, spectrum)
     ax.add_patch(Circle((0, 0), 1, facecolor=parts.tint(medium), edgecolor=INK, linewidth=0.9, zorder=1))
     ax.plot([-2.0, 2.35], [0, 0], color=GREY, linewidth=0.6, linestyle=(0, (8, 2.5, 1.5, 2.5)), zorder=2)
     ax.plot(0, 0, "o", color=INK, markersize=3, zorder=5)
@@ -100,7 +101,7 @@ def _draw_pool(ax, title, medium, rays, widest, *, spectrum=False):
     # a few rays meet the surface within the view, two and three of them within the window of water
     widest_fan = STEEPEST if rays > 7 else min(15.0 * rays, 60.0)
     degrees = np.linspace(-widest_fan, widest_fan, rays) if rays > 1 else np.array([30.0])
-    paths = _light(ax, lambda at: pool_paths(at, degrees), medium, widest, spectrum)
+    paths = parts.draw_light(ax, lambda at: pool_paths(at, degrees), medium, widest, spectrum)
     ax.add_patch(Rectangle((left, -FLOOR), right - left, FLOOR, facecolor=parts.tint(medium), linewidth=0, zorder=1))
     # strokes rather than a hatch, which simple viewers fill with black
     for x in np.arange(left, right - 0.05, 0.09):
@@ -129,7 +130,7 @@ def _draw_slab(ax, title, medium, rays, widest, *, spectrum=False):
     parts.view(ax, left, right, bottom, top)
     degrees = np.linspace(-40, 40, rays) if rays > 1 else np.array([40.0])
     source = (-0.5, 0, 0) if rays > 1 else (-0.9, -0.9 * math.tan(math.radians(degrees[0])), 0)
-    paths = _light(ax, lambda at: slab_paths(at, source, degrees), medium, widest, spectrum)
+    paths = parts.draw_light(ax, lambda at: slab_paths(at, source, degrees), medium, widest, spectrum)
     ax.add_patch(Rectangle((0, bottom), 1, top - bottom, facecolor=parts.tint(medium), linewidth=0, zorder=1))
     for x in (0, 1):
         ax.plot([x, x], [bottom, top], color=INK, linewidth=0.9, zorder=2)
@@ -154,7 +155,7 @@ def _draw_prism(ax, title, medium, rays, widest, *, spectrum=False):
     left, right, bottom, top = -1.45, 2.75, -1.35, 1.7
     parts.view(ax, left, right, bottom, top)
     heights = np.linspace(-0.35, 0.55, rays) if rays > 1 else np.array([-0.1])
-    paths = _light(ax, lambda at: prism_paths(at, heights), medium, widest, False)
+    paths = parts.draw_light(ax, lambda at: prism_paths(at, heights), medium, widest, False)
     corners = [(0, -PRISM), (0, PRISM), (2 * PRISM * math.tan(APEX), -PRISM)]
     ax.add_patch(
         Polygon(corners, facecolor=parts.tint(medium), edgecolor=INK, linewidth=0.9, joinstyle="round", zorder=1)
@@ -180,19 +181,10 @@ def _draw_dispersion(ax, title, medium, rays, widest):
     apex = apex_for(medium.n)
     incidence = incidence_for(medium.n, apex)
     heights = np.linspace(-0.3, 0.3, rays) if rays > 1 else np.zeros(1)
-    paths = _light(ax, lambda at: upright_prism_paths(at, apex, incidence, heights), medium, widest, True)
+    paths = parts.draw_light(ax, lambda at: upright_prism_paths(at, apex, incidence, heights), medium, widest, True)
     outline = {"edgecolor": INK, "linewidth": 0.9, "joinstyle": "round", "zorder": 1}
     ax.add_patch(Polygon(upright_prism(apex), facecolor=parts.tint(medium), **outline))
     parts.head(ax, f"{title} of {math.degrees(apex):.0f}°", medium)
-    return paths
-
-
-def _light(ax, trace, medium, widest, spectrum):
-    """Draw the Paths that `trace` gives of a medium, or of white light by those of each wavelength; returns the Paths."""
-    if spectrum:
-        return parts.draw_spectrum(ax, trace, medium, widest=widest)
-    paths = trace(medium)
-    parts.draw_paths(ax, paths, widest=widest)
     return paths
 
 
@@ -203,6 +195,7 @@ class Scene(NamedTuple):
     """What diagram() draws: its title with many rays and with one, the index and the number of rays it takes by itself.
 
     white, white_rays: the title, and that number, where it is the spectrum of white light; disperses: its medium then
+    matched: whether mu is the index where nothing else is said, so that little is reflected
     """
 
     title: str
@@ -213,6 +206,7 @@ class Scene(NamedTuple):
     white: str
     white_rays: int
     disperses: str
+    matched: bool = False
 
 
 SCENES = {
@@ -266,6 +260,27 @@ SCENES = {
         1,
         "water-daimon",
     ),
+    "lens": Scene(
+        "A point before a flat lens",
+        "A ray through a flat lens",
+        -1.0,
+        15,
+        draw_lens,
+        "White light through a flat lens",
+        2,
+        "nim-causal",
+        matched=True,
+    ),
+    "lamp": Scene(
+        "A lamp over a pool",
+        "A ray of a lamp over a pool",
+        -1.33,
+        23,
+        draw_lamp,
+        "White light of a lamp over a pool",
+        2,
+        "water-daimon",
+    ),
 }
 
 
@@ -281,7 +296,7 @@ def diagram(
 ) -> Path:
     """Draw the rays through one of SCENES into a file, .svg, .png or .pdf; returns its Path.
 
-    n, mu:    of the medium, by default the scene's index and a mu of 1 or -1, as the index has it
+    n, mu:    of the medium, by default the scene's index and a mu of 1 or -1, as the index has it, of the lens the index itself
     rays:     how many leave the source, 1 to MOST_RAYS; a single one is drawn with its normals and angles
     inside:   the medium, in the place of n and mu; where it absorbs, the sphere's radius and the slab are 1 m
     spectrum: whether white light is drawn, by its colours, through a medium that disperses, as if nothing were absorbed
@@ -323,7 +338,8 @@ def _medium(chosen, n, mu, inside, spectrum):
                 f"{chosen.disperses} or nim-causal."
             )
         return medium
-    medium = inside or Medium(chosen.n if n is None else n, mu)
+    n = chosen.n if n is None else n
+    medium = inside or Medium(n, n if chosen.matched and mu is None else mu)
     return parts.transparent_at(medium, REPRESENTATIVE_NM, loss=True)
 
 

@@ -282,7 +282,7 @@ def test_unusual_media_are_drawn(scene, n, rays, monkeypatch):
 
 
 @pytest.mark.parametrize("scene", diagrams.SCENES)
-@pytest.mark.parametrize(("n", "mu"), [(-1.5, -600), (400, None), (-1.5, -1e-3)])
+@pytest.mark.parametrize(("n", "mu"), [(-1.5, -600), (400, 1), (-1.5, -1e-3)])
 def test_what_lets_no_light_in_is_drawn(scene, n, mu, monkeypatch):
     for rays in (1, 2):
         _, paths = drawn(monkeypatch, scene, n=n, mu=mu, rays=rays)
@@ -292,7 +292,7 @@ def test_what_lets_no_light_in_is_drawn(scene, n, mu, monkeypatch):
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"scene": "lens"}, ("lens", "sphere, pool, slab, prism, drop")),
+        ({"scene": "mirror"}, ("mirror", "sphere, pool, slab, prism, drop, lens, lamp")),
         ({"rays": 0}, ("rays = 0", "1 to 101")),
         ({"rays": 102}, ("rays = 102", "1 to 101")),
         ({"rays": 2.5}, ("rays = 2.5", "1 to 101")),

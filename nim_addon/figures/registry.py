@@ -17,7 +17,6 @@ MODULES = (
     caustics,
     drop,
     lens,
-    point_source,
     curves,
     diagrams,
     ball_diagram,

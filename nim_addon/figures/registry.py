@@ -5,7 +5,7 @@ from itertools import chain
 from types import MappingProxyType
 
 from ..base.text import unknown
-from . import ball_diagram, caustics, cube, curves, diagrams, drop, glass, lens, pool, sea, sphere, window
+from . import ball_diagram, caustics, cube, curves, diagrams, drop, glass, lens, pool, sea, sphere, wave, window
 from .recipes import Figure, in_order
 
 MODULES = (
@@ -16,6 +16,7 @@ MODULES = (
     sea,
     caustics,
     drop,
+    wave,
     lens,
     curves,
     diagrams,

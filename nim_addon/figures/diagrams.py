@@ -303,7 +303,7 @@ def diagram(
     Raises ValueError for what it cannot draw, RuntimeError where matplotlib is missing, OSError where it cannot write.
     """
     if scene not in SCENES:
-        raise ValueError(f"there is no ray diagram {str(scene)!r}; there are {', '.join((*SCENES, 'ball'))}.")
+        raise ValueError(f"there is no ray diagram {str(scene)!r}; there are {', '.join((*SCENES, 'ball', 'window'))}.")
     chosen = SCENES[scene]
     medium = _medium(chosen, n, mu, inside, spectrum)
     rays = (chosen.white_rays if spectrum else chosen.rays) if rays is None else rays

@@ -12,7 +12,7 @@ from ..cycles.closures import closure_of_node
 from ..cycles.closures.backends import device_runs_osl, osl_available
 from ..cycles.material import asked_closures, switch_backend
 from ..cycles.problem import Problem
-from . import mesh_checks, ray_checks, spectral_checks, value_checks
+from . import mesh_checks, pane_checks, ray_checks, spectral_checks, value_checks
 from .sight import Sight, look
 
 ENGINES = {
@@ -53,6 +53,7 @@ def found_in(sight: Sight) -> list[Problem]:
     if getattr(sight.scene, "cycles", None) is None:
         return []
     beside = ray_checks.other_layers(sight.scene)
+    beside += pane_checks.find(sight)
     if not sight.worn:
         return (ray_checks.layers(sight) if ray_checks.overridden(sight.scene) else []) + beside
     return [problem for check in CHECKS for problem in check(sight)] + beside
@@ -130,4 +131,5 @@ MENDS = {
     **value_checks.MENDS,
     **mesh_checks.MENDS,
     **spectral_checks.MENDS,
+    **pane_checks.MENDS,
 }

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import bpy
 
 from .closure import Closure, Socket
-from .formulas import Sheet, Value, choose, cross, dot, length, maximum, minimum, normalize
+from .formulas import Sheet, Value, choose, cross, dot, maximum, minimum, normalize
 
 GRAZING = 1e-6  # as in nim_lenslet_window.osl
 FLOAT = "NodeSocketFloat"
@@ -89,9 +89,10 @@ def _twin(sheet: Sheet) -> Optics:
     to_world = {"vector_type": "VECTOR", "convert_from": "OBJECT", "convert_to": "WORLD"}
     x = sheet.node("ShaderNodeVectorTransform", "x axis", {0: (1.0, 0.0, 0.0)}, **to_world)
     y = sheet.node("ShaderNodeVectorTransform", "y axis", {0: (0.0, 1.0, 0.0)}, **to_world)
-    x_within, y_within = x - dot(x, n) * n, y - dot(y, n) * n
-    looks_along_x = length(x_within) < 1e-3 * length(x)
-    u_axis = normalize(choose(looks_along_x, y_within, x_within))
+    along = dot(x, n)
+    looks_along_x = along * along > (1 - 1e-6) * dot(x, x)
+    axis = choose(looks_along_x, y, x)
+    u_axis = normalize(axis - dot(axis, n) * n)
     v_axis = cross(n, u_axis)
 
     law = sheet.frame("Slopes w, and what becomes of them: (w - offset) / eta, from behind eta w - offset", after=axes)

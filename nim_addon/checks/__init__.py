@@ -12,7 +12,7 @@ from ..cycles.closures import closure_of_node
 from ..cycles.closures.backends import device_runs_osl, osl_available
 from ..cycles.material import asked_closures, switch_backend
 from ..cycles.problem import Problem
-from . import mesh_checks, pane_checks, ray_checks, spectral_checks, value_checks
+from . import ball_checks, mesh_checks, pane_checks, ray_checks, spectral_checks, value_checks
 from .sight import Sight, look
 
 ENGINES = {
@@ -53,7 +53,7 @@ def found_in(sight: Sight) -> list[Problem]:
     if getattr(sight.scene, "cycles", None) is None:
         return []
     beside = ray_checks.other_layers(sight.scene)
-    beside += pane_checks.find(sight)
+    beside += ball_checks.find(sight) + pane_checks.find(sight)
     if not sight.worn:
         return (ray_checks.layers(sight) if ray_checks.overridden(sight.scene) else []) + beside
     return [problem for check in CHECKS for problem in check(sight)] + beside
@@ -131,5 +131,6 @@ MENDS = {
     **value_checks.MENDS,
     **mesh_checks.MENDS,
     **spectral_checks.MENDS,
+    **ball_checks.MENDS,
     **pane_checks.MENDS,
 }

@@ -30,7 +30,7 @@ def lamps(sight: Sight) -> list[Problem]:
         if light.cycles.is_portal:  # which guides rays to the sky, and shines not
             continue
         baked = light.get(SAMPLING) is not None  # then its light through interfaces is traced, not found by chance
-        if _sizeless(light) and not baked:
+        if sizeless(light) and not baked:
             text = "The light {name} has no size: it is never seen through the interface and casts no light through it."
             found.append(about(lamp, "zero_light", text, "Give it a size"))
         if not light.cycles.use_multiple_importance_sampling and not baked:
@@ -135,7 +135,8 @@ def overridden(scene: bpy.types.Scene) -> bool:
     return any(asked_interfaces(slot.material) for obj in rendered(scene) for slot in obj.material_slots)
 
 
-def _sizeless(light):
+def sizeless(light: bpy.types.Light) -> bool:
+    """Whether a lamp shines from one point, or in one direction: no path finds it by chance."""
     if light.type == "SUN":
         return light.angle == 0
     if light.type == "AREA":
@@ -187,7 +188,8 @@ def unannounced(scene: bpy.types.Scene, lamps: list[str], wearers: list[str]) ->
     return (*caustics, *casters, *(light.cycles.use_multiple_importance_sampling for light in lights))
 
 
-def _give_size(scene, problem):
+def give_size(scene: bpy.types.Scene, problem: Problem) -> None:
+    """Mend a Problem of lamps without size."""
     for light in own_data(problem):
         if light.type == "SUN":
             light.angle = SUN_ANGLE
@@ -238,7 +240,7 @@ def _use_samples_of_scene(scene, problem):
 
 CHECKS = (layers, lamps, objects, world, shadow_tricks)
 MENDS = {
-    "zero_light": _give_size,
+    "zero_light": give_size,
     "light_by_chance": _find_by_chance,
     "light_shadow": _cast_shadows,
     "ray_visibility": _show,

@@ -16,6 +16,7 @@ import pytest
 
 from nim_addon import checks, ui
 from nim_addon.checks import (
+    ball_checks,
     loss_checks,
     media_checks,
     mesh_checks,
@@ -34,6 +35,7 @@ from nim_addon.ui import presets, translations
 # The modules whose texts are looked for: what the panels show of the checks is written there.
 SOURCES = sorted(Path(ui.__file__).parent.glob("*.py"))
 CHECKS = (
+    ball_checks,
     checks,
     limits,
     loss_checks,

@@ -3,10 +3,10 @@
 
 import bpy
 
-from . import add_flat_lens, add_interface, add_lenslet_window, add_slab
+from . import add_flat_lens, add_graded_ball, add_interface, add_lenslet_window, add_slab
 
 # What can be added, in the order of the menus: a module each, with CLASSES and the entries of OBJECTS and NODES.
-THINGS = (add_interface, add_flat_lens, add_lenslet_window, add_slab)
+THINGS = (add_interface, add_flat_lens, add_lenslet_window, add_slab, add_graded_ball)
 
 
 class NIM_MT_add_node(bpy.types.Menu):

@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 from nim_addon.checks.solids import Solid
+from nim_addon.cycles import graded
 from nim_addon.cycles.closures import LENSLET_WINDOW, UNIAXIAL_SLAB
 from nim_addon.cycles.lenslets import window_of
 from nim_addon.cycles.material import interface_nodes, interface_of
 from nim_addon.cycles.slabs import slab_of
 from nim_addon.physics import MEDIA, Medium
+from nim_addon.physics.graded import Profile
 from nim_addon.physics.lenslet import LensletWindow
 from nim_addon.physics.uniaxial import UniaxialSlab
 
@@ -179,3 +181,31 @@ def test_what_is_no_window_and_no_slab_adds_nothing(addon, press, operator, valu
     with pytest.raises(RuntimeError, match=words):
         press(operator, **values)
     assert (len(bpy.data.objects), len(bpy.data.meshes), len(bpy.data.materials)) == count
+
+
+@pytest.mark.parametrize(
+    "values, profile",
+    [
+        ({"device": "eaton", "use_cap": True, "cap": 2.5}, Profile("eaton", cap=2.5)),
+        ({"device": "magnifier", "core": 0.7}, Profile("magnifier", core=0.7)),
+        (
+            {"device": "cloak", "hollow": 0.5, "use_core": True, "core": 0.6, "surface": "black", "use_cap": True},
+            Profile("cloak", core=0.6, surface="black", hollow=0.5),
+        ),
+        ({"device": "luneburg", "core": 0.7}, Profile("luneburg")),
+    ],
+)
+def test_a_graded_ball(addon, press, values, profile):
+    """Round, around the cursor, as large as its material says, and what it is told to be."""
+    bpy.context.scene.cursor.location = (1, 2, 3)
+    assert press("nim.add_graded_ball", radius=1.5, **values) == {"FINISHED"}
+    object_ = bpy.context.object
+    assert tuple(object_.location) == (1, 2, 3) and object_.name == "Graded Ball"
+    radii = [vertex.co.length for vertex in object_.data.vertices]
+    assert max(radii) == pytest.approx(1.5) and min(radii) == pytest.approx(1.5)
+    assert all(face.normal.dot(face.center) > 0 and face.use_smooth for face in object_.data.polygons)
+    (node,) = graded.profile_nodes(object_.active_material)
+    found = graded.profile_of(node)
+    assert (found.n, found.core, found.surface) == (profile.n, profile.core, profile.surface)
+    assert (found.cap, found.hollow) == (profile.cap, pytest.approx(profile.hollow))
+    assert node.inputs["Radius"].default_value == 1.5

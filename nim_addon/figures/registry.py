@@ -5,7 +5,7 @@ from itertools import chain
 from types import MappingProxyType
 
 from ..base.text import unknown
-from . import ball_diagram, caustics, cube, curves, diagrams, drop, glass, lens, pool, sea, sphere, wave, window
+from . import ball, ball_diagram, caustics, cube, curves, diagrams, drop, glass, lens, pool, sea, sphere, wave, window
 from .recipes import Figure, in_order
 
 MODULES = (
@@ -21,6 +21,7 @@ MODULES = (
     curves,
     diagrams,
     ball_diagram,
+    ball,
     window,
 )  # each has FIGURES, a tuple of Figure
 

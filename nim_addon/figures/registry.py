@@ -5,7 +5,23 @@ from itertools import chain
 from types import MappingProxyType
 
 from ..base.text import unknown
-from . import ball, ball_diagram, caustics, cube, curves, diagrams, drop, glass, lens, pool, sea, sphere, wave, window
+from . import (
+    ball,
+    ball_diagram,
+    caustics,
+    cube,
+    curves,
+    diagrams,
+    drop,
+    glass,
+    lens,
+    point_source,
+    pool,
+    sea,
+    sphere,
+    wave,
+    window,
+)
 from .recipes import Figure, in_order
 
 MODULES = (
@@ -16,6 +32,7 @@ MODULES = (
     sea,
     caustics,
     drop,
+    point_source,
     wave,
     lens,
     curves,

@@ -104,10 +104,15 @@ class Profile:
     def __post_init__(self):
         if isinstance(self.n, str) and self.n not in DEVICES:
             raise ValueError(unknown("device", self.n, DEVICES))
+        if not isinstance(self.n, str) and not callable(self.n):
+            try:
+                object.__setattr__(self, "n", tuple((float(r), float(n)) for r, n in self.n))
+            except (TypeError, ValueError):
+                raise ValueError(
+                    f"{self.n!r} is no profile; give the name of a device, a function of r, or a table of pairs (r, n)."
+                ) from None
         if self.n == "magnifier" and self.core is None:
             object.__setattr__(self, "core", 0.8)
-        if not isinstance(self.n, str) and not callable(self.n):
-            object.__setattr__(self, "n", tuple((float(r), float(n)) for r, n in self.n))
         self._check_numbers()
         if not isinstance(self.n, str) and not callable(self.n):
             self._check_table()

@@ -30,7 +30,7 @@ def find(sight: Sight) -> list[Problem]:
         )
         values = {"names": ", ".join(names), "nm": wavelength.neutral()}
         return [Problem("one_wavelength", (text,), values, "Render all wavelengths", materials=names)]
-    return [*_shutter(scene), *_moving(sight), *_volumes(sight), *_light(sight), *_sky(scene)]
+    return [*_shutter(scene), *_moving(sight), *_volumes(sight), *_light(sight), *_facets(), *_sky(scene)]
 
 
 def _disperses(material):
@@ -122,6 +122,15 @@ def _light(sight):
     return found
 
 
+def _facets():
+    """What has become rough, and disperses, since the scene was set up."""
+    names = tuple(sorted(material.name for material in spectral.scattering()))
+    if not names or not wavelength.clear_paths_are_white():
+        return []
+    text = "{names}: it is rough and disperses since all wavelengths were set up, and lamps light it without colours."
+    return [Problem("white_facets", (text,), {"names": ", ".join(names)}, "Set up anew", materials=names)]
+
+
 def _shining(sight):
     return {material for shown in sight.shown for material in shown.materials if material}
 
@@ -171,6 +180,7 @@ MENDS = {
     "shutter": _open_shutter,
     "white_light": _set_up,
     "moved_since": _set_up,
+    "white_facets": _set_up,
     "volume_in_colours": _bias_volumes,
     "black_sky": _use_osl,
 }

@@ -18,9 +18,10 @@ import mathutils
 from ..physics import REPRESENTATIVE_NM
 from . import absorption, wavelength
 from .animation import curves_of
-from .closures import INTERFACE
+from .closures import INTERFACE, SHUTTER
 from .closures.backends import device_runs_osl, osl_available, resolve
 from .closures.shutter import DRIFT, DRIFTS, REST
+from .material import asked_interfaces, is_rough
 from .nodes import Owner, uses_nodes
 from .settings import put
 from .visibility import CAUSTICS_MARK, as_rendered, asked, lamps, shown
@@ -36,6 +37,7 @@ __all__ = [
     "is_weight",
     "let_drift",
     "open_shutter",
+    "scattering",
     "set_neutral",
     "set_stratum",
     "set_up",
@@ -132,6 +134,7 @@ def set_up(scene: bpy.types.Scene, backend: str = "auto") -> Done:
     )
     for material in materials:
         absorption.show_colours(material)
+    wavelength.set_clear_paths(white=not scattering())
     if backend == "osl" or (weighed.sky and above == "osl"):
         put(scene, "cycles.shading_system", True)
     drifting = list(dict.fromkeys((*meshes, *shining))) if backend == "nodes" else []
@@ -140,6 +143,19 @@ def set_up(scene: bpy.types.Scene, backend: str = "auto") -> Done:
     let_drift(scene, drifting)
     scene[DONE] = list(map(int, weighed))
     return weighed
+
+
+def scattering() -> list[bpy.types.Material]:
+    """The materials of the file that disperse and are rough: Cycles asks lamps for the light on them as for that on a floor.
+
+    So no path may be white where there are any, or lamps lit them without colours.
+    """
+    return [material for material in bpy.data.materials if _scatters(material)]
+
+
+def _scatters(material):
+    disperses = any(SHUTTER.is_node(found.node) for found in asked(material))
+    return disperses and any(is_rough(*found) for found in asked_interfaces(material))
 
 
 def open_shutter(scene: bpy.types.Scene) -> None:
@@ -179,6 +195,7 @@ def undo(scene: bpy.types.Scene) -> None:
         _release(obj)
     set_neutral()
     set_stratum()
+    wavelength.set_clear_paths(white=True)
 
 
 # ------------------------------------------------------------------------------------------------ the scene's settings

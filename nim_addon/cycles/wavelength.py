@@ -2,7 +2,8 @@
 """The wavelength of a path, as a node: what media that disperse depend on, and what all that shines is multiplied by.
 
 With motion blur each path has a wavelength of its own, the same wherever it goes (closures.SHUTTER); without it, in the
-viewport and in bakes, all have the neutral one, and their weight is white.
+viewport and in bakes, all have the neutral one, and their weight is white. So it is of paths that have met no mirror and
+nothing transparent: no interface, then, and what does not depend on the wavelength needs no noise of colours.
 """
 
 from __future__ import annotations
@@ -23,6 +24,8 @@ MARK = "nim_wavelength"  # the custom property of the group: its backend
 LABEL = "NIM Wavelength"
 WAVELENGTH, WEIGHT = "Wavelength", "Weight"  # its outputs: nanometres; linear RGB
 NEUTRAL, START, WIDTH = "Neutral wavelength", "Start of the stratum", "Width of the stratum"
+CLEAR = "1 if clear paths are white"
+DEPTHS = ("Glossy Depth", "Transmission Depth", "Transparent Depth")  # portals are transparent to Cycles
 
 
 def group(backend: str = "auto") -> bpy.types.NodeTree:
@@ -67,9 +70,19 @@ def set_stratum(number: int = 0, count: int = 1) -> None:
     _set(WIDTH, 1 / count)
 
 
+def set_clear_paths(white: bool) -> None:
+    """Let light be white that has met no interface, or be weighted by its wavelength as all other."""
+    _set(CLEAR, float(white))
+
+
+def clear_paths_are_white() -> bool:
+    """Whether any light that has met no interface is white."""
+    return any(CLEAR in tree.nodes and tree.nodes[CLEAR].outputs[0].default_value > 0 for tree in groups())
+
+
 def _set(name, value):
     for tree in groups():
-        if tree.nodes[name].outputs[0].default_value != np.float32(value):
+        if name in tree.nodes and tree.nodes[name].outputs[0].default_value != np.float32(value):
             tree.nodes[name].outputs[0].default_value = value
 
 
@@ -108,9 +121,17 @@ def _new_group(backend: str) -> bpy.types.NodeTree:
         label="or the neutral one",
     )
     weighted = _colour_curve(nodes, u, sampling.points)
+    met = nodes.add("ShaderNodeLightPath")
+    clear = value(CLEAR, 1.0)
+    for depth in DEPTHS:
+        clear = nodes.math("SUBTRACT", clear, met.outputs[depth])
     weight = nodes.add(
         "ShaderNodeMix",
-        inputs={"Factor_Float": still, "A_Vector": weighted, "B_Vector": (1.0, 1.0, 1.0)},
+        inputs={
+            "Factor_Float": nodes.math("MAXIMUM", still, clear),  # clamped by the node, from 0 to 1
+            "A_Vector": weighted,
+            "B_Vector": (1.0, 1.0, 1.0),
+        },
         data_type="VECTOR",
         label="or white",
     )

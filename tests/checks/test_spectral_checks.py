@@ -103,6 +103,13 @@ def test_what_was_moved_since_cannot_tell_the_wavelength(scene):
     assert codes(scene) == []
 
 
+def test_what_became_rough_since_would_be_lit_without_colours(scene):
+    interface_nodes(slab().data.materials[0])[0].inputs["Roughness"].default_value = 0.2
+    assert codes(scene) == ["white_facets"] and sentences(scene)[0].startswith("NIM: it is rough and disperses")
+    checks.mend(scene)
+    assert codes(scene) == []
+
+
 def test_a_sky_tells_the_wavelength_by_osl_which_is_turned_on_for_it(scene, render):
     spectral.undo(scene)
     scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 1.0

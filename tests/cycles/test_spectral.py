@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """All wavelengths in one render: what has no colour stays as it is, what disperses is at the path's own wavelength."""
 
+import math
+
 import bpy
 import numpy as np
 import pytest
@@ -27,6 +29,13 @@ def glowing(stage, name, at=(0, 0, 0), colour=(1.0, 1.0, 1.0)):
     return stage.mesh(name, corners, [(0, 1, 2, 3)], material, location=at), emission
 
 
+def set_up(scene, backend):
+    """spectral.set_up() with weights for all light, also for what has met nothing that disperses."""
+    done = spectral.set_up(scene, backend)
+    wavelength.set_clear_paths(white=False)
+    return done
+
+
 @pytest.fixture
 def stage(empty_file):
     """A stage that looks down on a square metre, 16 x 16 pixels."""
@@ -43,7 +52,7 @@ def test_what_has_no_colour_stays_as_it_is(stage, render, backend):
     colour = np.array((0.2, 0.5, 0.9))
     obj, emission = glowing(stage, "Light", (1, 2, 0.5), colour)
     before = render(stage.scene).mean(axis=(0, 1))
-    done = spectral.set_up(stage.scene, backend)
+    done = set_up(stage.scene, backend)
     assert done == (0, 1, False) and spectral.is_spectral(stage.scene)
     picture = render(stage.scene)
     # 256 well-spread wavelengths a pixel, and 256 pixels: what remains of chance is the table's, measured below 1e-3
@@ -51,6 +60,106 @@ def test_what_has_no_colour_stays_as_it_is(stage, render, backend):
     assert (picture.std(axis=(0, 1)) / before).min() > 3e-4  # each pixel has its noise of colour: it is not just white
     stage.scene.render.use_motion_blur = False
     np.testing.assert_allclose(render(stage.scene).mean(axis=(0, 1)), before, rtol=1e-5)
+
+
+def facing(medium, rough=0.0):
+    """The material of a surface whose faces look at the camera, with that medium beneath."""
+    return interface_material("Face", medium, backend="nodes", roughness=rough)
+
+
+def mirror(_):
+    material = bpy.data.materials.new("Mirror")
+    nodes = Nodes(empty_tree(material))
+    nodes.end(nodes.add("ShaderNodeBsdfAnisotropic", inputs={"Roughness": 0.0}))
+    return material
+
+
+def glass(_):
+    return facing(Medium(1.5))
+
+
+def nim(_):
+    return facing(Medium(-1.5))
+
+
+def film(_):
+    material = bpy.data.materials.new("Film")
+    nodes = Nodes(empty_tree(material))
+    nodes.end(nodes.add("ShaderNodeBsdfTransparent"))
+    return material
+
+
+@BACKENDS
+@pytest.mark.parametrize("met", [None, mirror, glass, nim, film], ids=lambda met: met.__name__ if met else "nothing")
+def test_light_has_the_weight_of_its_wavelength_only_where_it_met_something_that_bends_it(stage, render, backend, met):
+    """Seen directly, or on a floor that lamps and squares light, it is white without any noise of colour."""
+    glowing(stage, "Light", (1, 2, 0.5))
+    if met is not None:
+        corners = [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]
+        stage.mesh("Met", corners, [(0, 1, 2, 3)], met(stage), location=(1, 2, 1))
+        glowing(stage, "Behind", (1, 2, 8), (1, 1, 1))  # what the mirror shows
+    stage.scene.cycles.samples = 16
+    before = render(stage.scene)
+    spectral.set_up(stage.scene, backend)
+    assert wavelength.clear_paths_are_white()
+    picture = render(stage.scene)
+    tint = np.ptp(picture, axis=2).max()
+    if met is None:
+        assert tint == 0
+        np.testing.assert_allclose(picture, before, rtol=1e-6)
+    else:
+        assert before.min() > 0.01 and tint > 0.02
+    stage.scene.render.use_motion_blur = False
+    assert np.ptp(render(stage.scene), axis=2).max() == 0
+
+
+@BACKENDS
+def test_a_floor_that_is_lit_has_no_noise_of_colour(stage, render, backend):
+    obj, _ = glowing(stage, "Light", (1.8, 2, 2.0))
+    stage.object("Lamp", bpy.data.lights.new("Lamp", "POINT"), location=(1, 2.8, 1))
+    bpy.data.lights["Lamp"].energy = 20
+    floor = bpy.data.materials.new("Floor")
+    nodes = Nodes(empty_tree(floor))
+    nodes.end(nodes.add("ShaderNodeBsdfDiffuse"))
+    stage.mesh("Floor", [(-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0)], [(0, 1, 2, 3)], floor)
+    stage.scene.cycles.samples = 4
+    assert spectral.set_up(stage.scene, backend) == (1, 1, False)
+    picture = render(stage.scene)
+    assert picture.mean() > 0.1 and np.ptp(picture, axis=2).max() < 1e-6 * picture.max()
+    wavelength.set_clear_paths(white=False)
+    assert np.ptp(render(stage.scene), axis=2).max() > 0.01 * picture.max()
+
+
+def test_facets_that_disperse_have_their_colours_under_lamps(stage, render):
+    """A sun beneath rough diamond, seen where its green goes: Cycles asks the lamp itself for the light on facets."""
+    diamond = Medium.parse("diamond-peter")
+    towards = math.radians(50)  # how far the camera is from the normal, in air
+    inside = math.asin(math.sin(towards) / diamond.at(REPRESENTATIVE_NM).n)
+    stage.mesh("Face", [(-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0)], [(0, 1, 2, 3)], facing(diamond, 0.06))
+    sun = stage.object("Sun", bpy.data.lights.new("Sun", "SUN"))
+    sun.rotation_euler = (math.pi, inside, 0)
+    sun.data.angle = 0
+    stage.camera((4 * math.sin(towards), 0, 4 * math.cos(towards)), (0, 0, 0), 1)
+    stage.scene.camera.data.type = "PERSP"
+    spectral.set_up(stage.scene)
+    assert not wavelength.clear_paths_are_white()
+    red, green, blue = render(stage.scene).mean(axis=(0, 1))
+    assert green > 0 and blue < 0.7 * green and red < 0.95 * green
+    wavelength.set_clear_paths(white=True)
+    assert np.ptp(render(stage.scene).mean(axis=(0, 1))) < 1e-6 * green  # which is wrong
+    spectral.undo(stage.scene)
+    assert wavelength.clear_paths_are_white()
+
+
+def test_only_what_is_rough_and_disperses_lets_all_light_be_weighted(stage):
+    glowing(stage, "Light")
+    smooth, dull = facing(Medium.parse("n-bk7")), facing(Medium(1.5), 0.3)
+    spectral.set_up(stage.scene, "nodes")
+    assert wavelength.clear_paths_are_white() and not spectral.scattering()
+    set_medium(interface_nodes(dull)[0], "Outside", Medium.parse("n-bk7"))
+    assert spectral.scattering() == [dull] and smooth not in spectral.scattering()
+    spectral.set_up(stage.scene, "nodes")
+    assert not wavelength.clear_paths_are_white()
 
 
 @BACKENDS
@@ -140,7 +249,7 @@ def test_the_share_of_the_shutter_is_uniform_and_that_of_the_wavelength(stage, r
 @BACKENDS
 def test_strata_are_parts_of_the_same_picture(stage, render, backend):
     obj, emission = glowing(stage, "Light", (1, 2, 0.5))
-    spectral.set_up(stage.scene, backend)
+    set_up(stage.scene, backend)
     parts = []
     for number in range(4):
         spectral.set_stratum(number, 4)

@@ -33,6 +33,7 @@ def stage(empty_file):
     stage.camera((0, 0, 4), (0, 0, 0), 20)
     stage.scene.cycles.samples = 64
     spectral.set_up(stage.scene, "nodes")
+    wavelength.set_clear_paths(white=False)  # what is seen directly has its weight, too
     return stage
 
 

@@ -30,7 +30,15 @@ def find(sight: Sight) -> list[Problem]:
         )
         values = {"names": ", ".join(names), "nm": wavelength.neutral()}
         return [Problem("one_wavelength", (text,), values, "Render all wavelengths", materials=names)]
-    return [*_shutter(scene), *_moving(sight), *_volumes(sight), *_light(sight), *_facets(), *_sky(scene)]
+    return [
+        *_shutter(scene),
+        *_moving(sight),
+        *_volumes(sight),
+        *_light(sight),
+        *_facets(),
+        *_lamps(sight),
+        *_sky(scene),
+    ]
 
 
 def _disperses(material):
@@ -144,6 +152,18 @@ def _tells_by(owner, backend):
     return any(SHUTTER.is_node(node) and SHUTTER.backend_of(node.node_tree) == backend for node, _ in asked(owner))
 
 
+def _lamps(sight):
+    """Lamps whose nodes are to tell the wavelength in a Blender that shows them one place at all times."""
+    names = sorted(lamp.name for lamp in sight.lamps if not spectral.LAMPS_DRIFT and _tells_by_nodes(lamp.data))
+    if not names:
+        return []
+    text = (
+        "{names}: before Blender 4.5 nodes cannot tell a lamp the wavelength: its light stays white; use a Blender with OSL, "
+        "or let a mesh shine in its place."
+    )
+    return [Problem("white_lamp", (text,), {"names": ", ".join(names)}, None, objects=tuple(names))]
+
+
 def _sky(scene):
     if scene.world is None:
         return []
@@ -185,4 +205,4 @@ MENDS = {
     "black_sky": _use_osl,
 }
 # Of all Problems of a scene that is spectral.
-CODES = {*MENDS, "moves_in_colours", "white_sky"} - {"one_wavelength"}
+CODES = {*MENDS, "moves_in_colours", "white_lamp", "white_sky"} - {"one_wavelength"}

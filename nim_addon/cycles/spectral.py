@@ -28,6 +28,7 @@ from .visibility import CAUSTICS_MARK, as_rendered, asked, lamps, shown
 from .wavelength import set_stratum
 
 __all__ = [
+    "LAMPS_DRIFT",
     "Done",
     "done",
     "drifts",
@@ -55,6 +56,7 @@ LAMP = 0.5  # of light, from which on Cycles makes lamps of triangles (Shader::e
 SHUTTER_TIME = (
     0.01  # of a frame: as little as Blender takes, since whatever moves is seen in another place by each colour
 )
+LAMPS_DRIFT = bpy.app.version >= (4, 5)  # or else their nodes are told one place at all times
 # Settings that let the time of a path be its wavelength; the curve of the shutter is flat besides.
 SETTINGS: dict[str, Any] = {
     "render.use_motion_blur": True,
@@ -127,15 +129,16 @@ def set_up(scene: bpy.types.Scene, backend: str = "auto") -> Done:
         materials.update(slot.material for slot in obj.material_slots if slot.material)
     # nodes cannot tell a sky the time, OSL can
     above = "osl" if osl_available() and device_runs_osl(scene) else backend
+    lamps_by = backend if LAMPS_DRIFT else above
     weighed = Done(
-        sum(_weigh(light, backend) for light in {lamp.data for lamp in shining}),
+        sum(_weigh(light, lamps_by) for light in {lamp.data for lamp in shining}),
         sum(_weigh(material, backend) for material in materials),
         bool(scene.world) and _weigh(scene.world, above),
     )
     for material in materials:
         absorption.show_colours(material)
     wavelength.set_clear_paths(white=not scattering())
-    if backend == "osl" or (weighed.sky and above == "osl"):
+    if "osl" in (backend, above if weighed.sky else backend, lamps_by if weighed.lamps else backend):
         put(scene, "cycles.shading_system", True)
     drifting = list(dict.fromkeys((*meshes, *shining))) if backend == "nodes" else []
     for obj in set(scene.objects).union(meshes, shining).difference(drifting):

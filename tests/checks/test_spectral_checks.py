@@ -103,6 +103,17 @@ def test_what_was_moved_since_cannot_tell_the_wavelength(scene):
     assert codes(scene) == []
 
 
+def test_a_lamp_that_nodes_cannot_tell_the_wavelength_is_said(scene, monkeypatch):
+    spectral.undo(scene)
+    monkeypatch.setattr(spectral, "LAMPS_DRIFT", True)
+    spectral.set_up(scene)
+    monkeypatch.setattr(spectral, "LAMPS_DRIFT", False)
+    assert "white_lamp" in codes(scene) and sentences(scene)[-1].startswith("Sun: before Blender 4.5")
+    spectral.undo(scene)
+    spectral.set_up(scene)  # which takes OSL for it
+    assert "white_lamp" not in codes(scene) and scene.cycles.shading_system
+
+
 def test_what_became_rough_since_would_be_lit_without_colours(scene):
     interface_nodes(slab().data.materials[0])[0].inputs["Roughness"].default_value = 0.2
     assert codes(scene) == ["white_facets"] and sentences(scene)[0].startswith("NIM: it is rough and disperses")

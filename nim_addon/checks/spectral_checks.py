@@ -154,7 +154,7 @@ def _tells_by(owner, backend):
 
 def _lamps(sight):
     """Lamps whose nodes are to tell the wavelength in a Blender that shows them one place at all times."""
-    names = sorted(lamp.name for lamp in sight.lamps if not spectral.LAMPS_DRIFT and _tells_by_nodes(lamp.data))
+    names = sorted(lamp.name for lamp in sight.lamps if not spectral.lamps_drift() and _tells_by_nodes(lamp.data))
     if not names:
         return []
     text = (

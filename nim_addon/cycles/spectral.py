@@ -28,7 +28,6 @@ from .visibility import CAUSTICS_MARK, as_rendered, asked, lamps, shown
 from .wavelength import set_stratum
 
 __all__ = [
-    "LAMPS_DRIFT",
     "Done",
     "done",
     "drifts",
@@ -36,6 +35,7 @@ __all__ = [
     "is_flat",
     "is_spectral",
     "is_weight",
+    "lamps_drift",
     "let_drift",
     "open_shutter",
     "scattering",
@@ -56,7 +56,6 @@ LAMP = 0.5  # of light, from which on Cycles makes lamps of triangles (Shader::e
 SHUTTER_TIME = (
     0.01  # of a frame: as little as Blender takes, since whatever moves is seen in another place by each colour
 )
-LAMPS_DRIFT = bpy.app.version >= (4, 5)  # or else their nodes are told one place at all times
 # Settings that let the time of a path be its wavelength; the curve of the shutter is flat besides.
 SETTINGS: dict[str, Any] = {
     "render.use_motion_blur": True,
@@ -129,7 +128,7 @@ def set_up(scene: bpy.types.Scene, backend: str = "auto") -> Done:
         materials.update(slot.material for slot in obj.material_slots if slot.material)
     # nodes cannot tell a sky the time, OSL can
     above = "osl" if osl_available() and device_runs_osl(scene) else backend
-    lamps_by = backend if LAMPS_DRIFT else above
+    lamps_by = backend if lamps_drift() else above
     weighed = Done(
         sum(_weigh(light, lamps_by) for light in {lamp.data for lamp in shining}),
         sum(_weigh(material, backend) for material in materials),
@@ -416,6 +415,11 @@ def _free_axis(obj) -> int | None:
     moved = {curve.array_index for curve in drivers if curve.data_path == "delta_location"}
     moved |= {curve.array_index for curve, _ in curves_of(obj) if curve.data_path == "delta_location"}
     return next((axis for axis in (2, 1, 0) if axis not in moved), None)
+
+
+def lamps_drift() -> bool:
+    """Whether the nodes of a lamp see that it drifts: before Blender 4.5 they are told one place at all times."""
+    return bpy.app.version >= (4, 5)
 
 
 def is_at_rest(obj: bpy.types.Object) -> bool:

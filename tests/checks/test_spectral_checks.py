@@ -105,9 +105,9 @@ def test_what_was_moved_since_cannot_tell_the_wavelength(scene):
 
 def test_a_lamp_that_nodes_cannot_tell_the_wavelength_is_said(scene, monkeypatch):
     spectral.undo(scene)
-    monkeypatch.setattr(spectral, "LAMPS_DRIFT", True)
+    monkeypatch.setattr(spectral, "lamps_drift", lambda: True)
     spectral.set_up(scene)
-    monkeypatch.setattr(spectral, "LAMPS_DRIFT", False)
+    monkeypatch.setattr(spectral, "lamps_drift", lambda: False)
     assert "white_lamp" in codes(scene) and sentences(scene)[-1].startswith("Sun: before Blender 4.5")
     spectral.undo(scene)
     spectral.set_up(scene)  # which takes OSL for it

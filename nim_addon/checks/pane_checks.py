@@ -15,6 +15,7 @@ from ..cycles.material import asked_closures, number_of
 from ..cycles.problem import LINKED, Problem, about
 from ..cycles.slabs import slab_of
 from ..cycles.visibility import end_of
+from .ray_checks import give_size, sizeless
 from .sight import Sight
 
 NEVER_ZERO = {
@@ -27,7 +28,16 @@ MOST_NORMALS = 24  # of what is a plate, be it one with a bevelled rim
 
 def find(sight: Sight) -> list[Problem]:
     """The Problems of the windows and slabs of a sight."""
-    return [problem for material in sight.ours for problem in _numbers(material)] + _plates(sight)
+    found = [problem for material in sight.ours for problem in _numbers(material)] + _plates(sight)
+    # of interfaces and of graded balls others say it
+    panes = {closure_of_node(node) for material in sight.ours for node, _ in asked_closures(material)}
+    return found + (_lamps(sight) if panes and panes <= set(NEVER_ZERO) else [])
+
+
+def _lamps(sight):
+    text = "The light {name} has no size: a window casts a shadow in it, and is never seen to bend it."
+    lights = [lamp for lamp in sight.lamps if not lamp.data.cycles.is_portal and sizeless(lamp.data)]
+    return [about(lamp, "light_at_pane", text, "Give it a size") for lamp in lights]
 
 
 def _numbers(material):
@@ -107,4 +117,4 @@ def _take_thickness(scene, problem):
                 end_of(node.inputs["Thickness"], path)[0].default_value = problem.values["thickness"]
 
 
-MENDS = {"aperture": _lose_nothing, "slab_thickness": _take_thickness}
+MENDS = {"aperture": _lose_nothing, "slab_thickness": _take_thickness, "light_at_pane": give_size}

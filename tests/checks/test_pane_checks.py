@@ -80,6 +80,17 @@ def test_a_plate_of_another_thickness_is_mended(scene, closed):
     assert codes(scene) == [] and node.inputs["Thickness"].default_value == pytest.approx(0.25)
 
 
+def test_a_lamp_of_no_size_is_given_one(scene):
+    window()
+    lamp = bpy.data.objects.new("Lamp", bpy.data.lights.new("Lamp", "POINT"))
+    scene.collection.objects.link(lamp)
+    lamp.data.shadow_soft_size = 0.0
+    (problem,) = found(scene)
+    assert problem.code == "light_at_pane" and problem.sentence.startswith("The light Lamp has no size")
+    checks.mend(scene)
+    assert codes(scene) == [] and lamp.data.shadow_soft_size > 0
+
+
 def test_one_face_alone_and_a_permittivity_of_0(scene):
     _, node = plate(shapes.rectangle((-1, -1), (1, 1)))
     assert codes(scene) == ["slab_open"]

@@ -141,7 +141,8 @@ def test_package_installs_enables_and_leaves_nothing(zipped, version, tmp_path):
 
 # around Snell's window the open sea is nearly black: eight samples bring no light to many of its pixels
 @pytest.mark.parametrize(
-    ("name", "dark"), [("glass", 0.02), ("pool", 0.02), ("sphere", 0.02), ("sea", 0.5), ("lens", 0.02)]
+    ("name", "dark"),
+    [("glass", 0.02), ("pool", 0.02), ("sphere", 0.02), ("sea", 0.5), ("lens", 0.02), ("window", 0.02)],
 )
 def test_blend_scenes_are_small_and_render_without_the_addon(name, dark, tmp_path):
     path = ROOT / "blend_scenes" / f"{name}.blend"

@@ -142,7 +142,7 @@ class Bending:
     def _carry(self, carrier, node, path):
         """Let one of CARRIERS be of nodes, and its tint and losses count only while the photons' colours are asked for."""
         window = window_of(node, path) if carrier is LENSLET_WINDOW else None
-        if carrier is not LENSLET_WINDOW or (window and {*map(abs, window.eta)} == {1.0} and not any(window.offset)):
+        if carrier is not LENSLET_WINDOW or (window and window.keeps_solid_angle):
             node.node_tree = carrier.group("nodes")
             self.shares.add(1.0)
         else:

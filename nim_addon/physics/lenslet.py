@@ -60,6 +60,11 @@ class LensletWindow:
         object.__setattr__(self, "eta", eta)
         object.__setattr__(self, "offset", tuple(self.offset))
 
+    @property
+    def keeps_solid_angle(self) -> bool:
+        """Whether light fills as large a solid angle behind as in front: eta is 1 or -1, and nothing stands aside."""
+        return bool(np.all(np.abs(self.eta) == 1)) and not any(self.offset)
+
     def bend(self, d: ArrayLike, normal: ArrayLike, u: ArrayLike) -> NDArray:
         """Directions (..., 3), unit vectors, in which rays go on.
 

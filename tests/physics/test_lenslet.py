@@ -108,3 +108,8 @@ def test_rays_are_traced_through_a_window():
     )
     (end,) = (paths := trace(side, (1, 0, 0), (-1, 0.5, 0.25))).end[paths.fate == Fate.LANDED]
     np.testing.assert_allclose(end, (-1, 0.75, 0), atol=1e-12)
+
+
+def test_only_windows_of_eta_1_and_minus_1_keep_solid_angles():
+    assert LensletWindow(-1.0).keeps_solid_angle and LensletWindow((1.0, -1.0)).keeps_solid_angle
+    assert not LensletWindow(-1.2).keeps_solid_angle and not LensletWindow(-1.0, (0.1, 0.0)).keeps_solid_angle

@@ -325,10 +325,10 @@ class Tracer:
                 power = power * self.wavelengths.weight(share_of_shutter)
             if tint is not None:
                 power = power * tint[there]
-            if counted is not None:
-                share = counted[there][:, 2] ** (1 / POWER)
-            else:
+            if crossing is not None:
                 share = np.where(code % 2 == 1, share_of(crossing, nm), 1.0)
+            else:
+                share = counted[there][:, 2] ** (1 / POWER)
             yield self._landed(code, pixels[there], power, share, np.broadcast_to(nm, len(code)))
 
     def _landed(self, code, pixels, power, share, nm):

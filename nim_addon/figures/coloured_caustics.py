@@ -29,11 +29,6 @@ STRATA, RAYS = 24, 20_000  # of the wavelengths that theory takes, and rays of e
 # changes to the scene
 
 
-def in_colours(scene: bpy.types.Scene) -> None:
-    """All wavelengths in one render."""
-    spectral.set_up(scene)
-
-
 def white_ground_in_colours(scene: bpy.types.Scene) -> None:
     """The ground that figure C.1 measures, in all wavelengths."""
     white_ground(scene)
@@ -106,9 +101,9 @@ FIGURES = (
                     "sphere",
                     (f"n={name}", f"sun_angle={REAL_SUN:g}"),
                     draft=((400, 300), 32),
-                    final=((1280, 960), 128),
-                    change=in_colours,
-                    photons=(1 << 20, 1 << 23),
+                    final=((800, 600), 64),
+                    photons=(1 << 20, 1 << 22),
+                    spectral=True,
                     caption=called,
                 )
                 for name, called in MEDIA.items()

@@ -345,11 +345,6 @@ def _on_the_wall(image):
 # ------------------------------------------------------------------------------------------------ the figure
 
 
-def coloured(scene: bpy.types.Scene) -> None:
-    """All wavelengths in one render."""
-    spectral.set_up(scene)
-
-
 # at draft and at final quality: of water but a twentieth of the light comes back
 PHOTONS = {"water": (1 << 22, 1 << 25), "nim": (1 << 20, 1 << 23)}
 NAMES = {"water": (WATER, "water"), "nim": (NIM, "NIM")}
@@ -380,7 +375,7 @@ FIGURES = (
                     (f"liquid={medium}", "sun_angle=0.25"),
                     draft=((480, 480), 32),
                     final=((900, 900), 256),
-                    change=coloured,
+                    spectral=True,
                     photons=PHOTONS[name],
                     caption=f"{called}, the wall",
                 )
@@ -393,7 +388,7 @@ FIGURES = (
                     (f"liquid={medium}", "view=sun", "sun_angle=3"),
                     draft=((480, 480), 64),
                     final=((900, 900), 1024),
-                    change=coloured,
+                    spectral=True,
                     caption=f"{called}, from the sun",
                 )
                 for name, (medium, called) in NAMES.items()

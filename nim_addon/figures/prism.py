@@ -16,7 +16,7 @@ from ..cycles import spectral, wavelength
 from ..cycles.nodes import Nodes
 from ..physics import REPRESENTATIVE_NM, VISIBLE_NM
 from ..scenes import shapes, surfaces
-from ..scenes.prism import PrismParameters, screen
+from ..scenes.prism import PrismParameters, screen, way
 from ..scenes.stage import Pose
 from . import probes
 from .claims import Claim
@@ -26,9 +26,11 @@ from .prism_optics import (
     deviation,
     deviation_back,
     in_colour,
+    landing,
     looking_back,
     on_the_screen,
     passed_back,
+    spread,
     through_the_prism,
     turned,
 )
@@ -43,7 +45,6 @@ SETTINGS = {
 }
 NAMES = {"n-bk7": "N-BK7", "nim-mirror": "NIM mirror", "nim-normal": "NIM normal", "nim-causal": "NIM causal"}
 WAVES, ENDS = (400, 500, 600, 700), (400, 700)
-BLUR = 0.25  # mm, by which the kernel that few photons are spread by widens a line on the screen
 SHOWN = ("n-bk7", "nim-mirror", "nim-causal")
 SEEN = ("n-bk7", "nim-mirror", "nim-normal")  # of the last, an eye sees few colours from one place
 NARROW_SLIT = "slit=0.5"
@@ -51,14 +52,15 @@ DOME = 50.0  # metres, half the side of the box around the scene that tells dire
 LEVEL = "elevation=0"
 ACROSS = 0.004  # metres that a camera of parallel rays sees, which looks back through the prism
 NEAR = 1.0  # degrees about the spectrum within which light has passed the prism and was not reflected within it
-HEIGHT = 0.013  # metres above the table of the middle of the light on the screen
+HEIGHT = 0.013  # metres above the table of the middle of what is measured on the screen
 # Green light leaves at right angles, and red not so aslant that single precision shows.
 PHOTON_SETTINGS = {"nim-causal": ("apex=8", "incidence=-10.6670")}
 BESIDE = 8  # columns of dark on either side of the spectrum
 LEAST_LEFT = 0.5  # of a path's light: all of it but for what no wave carries
 MICROMETRES = 1e-3  # of the number of nanometres: what a picture holds of a wavelength is about 1
-AWAY, STRIP = 1.0, (480, 48)  # from the screen to the camera that measures it, metres; pixels
-PHOTONS = 1 << 18
+AWAY = 1.0  # metres from the screen to the camera that measures it
+SEEN_OF_IT, PIXELS = 0.016, 160  # of the screen: the side of the square that is measured, metres; its pixels
+PHOTONS = 1 << 22
 
 # changes to the scene
 
@@ -102,8 +104,9 @@ def _parallel(scene):
 
 
 def on_white(scene: bpy.types.Scene) -> None:
-    """The screen, white, with no light but the sun's, and nothing before it that would be seen."""
+    """The screen, white, with no light but the sun's, and nothing that would be seen before it or throw light onto it."""
     probes.set_up(scene)
+    probes.show_only(scene, "Screen", "Prism", "Wall")
     sun = lights.sun_of(scene)
     assert sun is not None
     half = math.degrees(sun.angle) / 2
@@ -158,37 +161,44 @@ def photon_claims(images, medium):
     for text, value in (("rms", math.sqrt(np.mean(np.square(off)))), ("the most", most)):
         text = f"{name}: a photon's deviation less that of its own wavelength, {text}"
         claims.append(Claim(text, 0.0, float(value), 1e-4, "degrees"))
-    spread = float(wanted[through].std()), float(found[through].std())
-    claims.append(Claim(f"{name}: spread of the photons' deviations, a standard deviation", *spread, 1e-4, "degrees"))
+    both = float(wanted[through].std()), float(found[through].std())
+    claims.append(Claim(f"{name}: spread of the photons' deviations, a standard deviation", *both, 1e-4, "degrees"))
     return claims
 
 
 def screen_claims(images, medium):
     """Where light lands on the screen, and how wide the spectrum and each line of it are there."""
-    claims, places = [], []
+    claims, ends, noise = [], [], 0.0
     for nm in ENDS:
         image = images[f"screen_{medium}_{nm}"]
-        place, width = (1e3 * value for value in on_the_screen(image.parameters, nm))
+        place, places = on_the_screen(image.parameters, nm)
+        number, width = landing(image.parameters, nm, PHOTONS), float(places.std())
         middle, wide = _line(image)
-        places.append((place, middle))
+        error = STANDARD_ERRORS * width / math.sqrt(number * SEEN_OF_IT)
+        # what photons are spread by, and what pixels do, adds to the light's own width as variances do
+        pixel = SEEN_OF_IT / PIXELS / math.sqrt(12)
+        least, most = (math.hypot(width, pixel, by) for by in spread(places, number))
+        ends.append((place, middle))
+        noise = math.hypot(noise, error)
         name = f"{NAMES[medium]}, {nm} nm, on the screen"
-        claims.append(Claim(f"{name}: its place", place, middle, 0.15, "mm"))
-        claims.append(Claim(f"{name}: its width, a standard deviation", width, wide, BLUR, "mm"))
-    spread = [end - start for start, end in zip(*places, strict=True)]
-    claims.append(Claim(f"{NAMES[medium]}, on the screen: from {ENDS[0]} to {ENDS[1]} nm", *spread, 0.2, "mm"))
+        widths = (least + most) / 2, wide, (most - least) / 2 + error / math.sqrt(2)
+        claims.append(Claim(f"{name}: its place", *_mm(place, middle, error), "mm"))
+        claims.append(Claim(f"{name}: its width, a standard deviation", *_mm(*widths), "mm"))
+    wide = [end - start for start, end in zip(*ends, strict=True)]
+    claims.append(Claim(f"{NAMES[medium]}, on the screen: from {ENDS[0]} to {ENDS[1]} nm", *_mm(*wide, noise), "mm"))
     return claims
 
 
+def _mm(*lengths):
+    return [1e3 * length for length in lengths]
+
+
 def _line(image):
-    """The place and the width, a standard deviation, of the light on the screen, mm from the screen's middle."""
-    board = screen(image.parameters)
-    row = image.pixels[..., 0].mean(axis=0)
-    points = [(*(board.middle + shift * board.along).tolist(), HEIGHT) for shift in (-0.01, 0.01)]
-    (low, _), (high, _) = image.camera.pixels_of(points)
-    shifts = (np.arange(len(row)) + 0.5 - (low + high) / 2) * 20 / (high - low)
-    # what is reflected within the prism lands elsewhere
-    near = np.abs(shifts - shifts[np.argmax(row)]) < 4 * image.parameters.slit
-    row, shifts = row[near], shifts[near]
+    """The place and the width, a standard deviation, of the light on the screen, metres from the screen's middle."""
+    board, row = screen(image.parameters), image.pixels[..., 0].mean(axis=0)
+    # the camera's right is the screen's left
+    shifts = (0.5 - (np.arange(PIXELS) + 0.5) / PIXELS) * SEEN_OF_IT
+    shifts += float(np.subtract(image.camera.target[:2], board.middle) @ board.along)
     middle = float(row @ shifts / row.sum())
     return middle, math.sqrt(float(row @ np.square(shifts - middle) / row.sum()))
 
@@ -212,8 +222,8 @@ def colour_claims(images, medium):
         Claim(f"{name}: where {channel} lies, from the middle", float(one), float(other), step / 2, "degrees")
         for channel, one, other in zip(("red", "green", "blue"), *pair, strict=True)
     ]
-    spread = [float(one[2] - one[0]) for one in pair]
-    claims.append(Claim(f"{name}: from red to blue", *spread, step / 2, "degrees"))
+    apart = [float(one[2] - one[0]) for one in pair]
+    claims.append(Claim(f"{name}: from red to blue", *apart, step / 2, "degrees"))
     for channel, one, other in zip(("red", "green", "blue"), wanted.sum(axis=0), found.sum(axis=0), strict=True):
         text = f"{name}: light in {channel}, in columns of the slit's"
         claims.append(Claim(text, float(one), float(other), 0.02 * float(one)))
@@ -259,15 +269,17 @@ def _measured():
         )
     for medium in SHOWN:
         own = (f"medium={medium}", *SETTINGS[medium])
-        board = screen(PrismParameters.read(own))
-        eye, width = board.middle + AWAY * board.facing, 2 * math.degrees(math.atan(board.width / 2 / AWAY))
-        pose = Pose((*eye.tolist(), HEIGHT), (*board.middle.tolist(), HEIGHT), width, "HORIZONTAL")
+        parameters = PrismParameters.read(own)
+        board, view = screen(parameters), 2 * math.degrees(math.atan(SEEN_OF_IT / 2 / AWAY))
         for nm in ENDS:
+            leaves = way(parameters, parameters.medium.at(nm).n)
+            target = board.middle + board.place(leaves) * board.along
+            pose = Pose((*(target + AWAY * board.facing).tolist(), HEIGHT), (*target.tolist(), HEIGHT), view)
             yield Recipe(
                 f"screen_{medium}_{nm}",
                 "prism",
                 own,
-                draft=(STRIP, 16),
+                draft=((PIXELS, PIXELS), 16),
                 photons=(PHOTONS, PHOTONS),
                 change=on_white,
                 wavelength=nm,
@@ -277,15 +289,17 @@ def _measured():
 
 
 def _shown():
-    for view, light in (("above", ()), ("screen", ()), ("through", ("light=lamp", NARROW_SLIT))):
-        for medium in SHOWN:
+    for view in ("side", "above", "screen", "through"):
+        through = view == "through"
+        light = ("light=lamp", NARROW_SLIT) if through else ()
+        for medium in SEEN if through else SHOWN:
             yield Recipe(
                 f"{view}_{medium}",
                 "prism",
                 (f"medium={medium}", *SETTINGS[medium], f"view={view}", *light),
-                draft=((240, 180), 64),
-                final=((800, 600), 256),
-                photons=None if light else (1 << 18, 1 << 24),
+                draft=((240, 180), 32),
+                final=((400, 300), 64),
+                photons=None if through else (1 << 20, 1 << 20),
                 spectral=True,
                 caption=f"{NAMES[medium]}, {view}",
             )
@@ -295,15 +309,16 @@ FIGURES = (
     Figure(
         "D.1",
         "A prism of glass and prisms of negative-index media, and their spectra",
-        "White light comes through a slit: from above, on the screen, and as an eye behind the prism sees the slit. From left "
-        "to right a prism of N-BK7, 60 degrees; a NIM of glass's curve with its sign turned, 20 degrees; a NIM of the least "
-        "dispersion that causality allows without loss, 15 degrees. A NIM sends light to the other side, towards the apex; "
-        "blue is bent most where its index is largest there, as in glass and its mirror, and red where causality has its way.",
+        "White light comes through a slit: from the side, from above, on the screen, and as an eye behind the prism sees a "
+        "narrow slit. From left to right a prism of N-BK7, 60 degrees; a NIM of glass's curve with its sign turned, 20 degrees; "
+        "a NIM of the least dispersion that causality allows without loss, 15 degrees, in whose place the last row has one of "
+        "little dispersion of the right sign. A NIM sends light to the other side, towards the apex. Violet is bent most where "
+        "the index is largest there, as in glass and its mirror, and red where causality has its way.",
         (
-            "Each wavelength is turned by what the closed form says, in all four media.",
+            "Each wavelength is turned by what the closed form says, in all four media, by a NIM to the other side.",
             "In one render of all wavelengths each photon is turned by its own wavelength's angle, to 1e-4 degrees.",
-            "On the screen each wavelength's light lands where it must, and is as wide as it must be.",
-            "The colours seen through the prism lie where the closed form has them.",
+            "On the screen each wavelength's light lands where it must, in a line as wide as the slit and the sun make it.",
+            "The colours seen through the prism lie where the closed form has them, in the order of the index.",
         ),
         (*_shown(), *_measured()),
         measure,

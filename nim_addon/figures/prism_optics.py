@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 
+from ..caustics.density import ENOUGH
 from ..physics import REPRESENTATIVE_NM, Interface, Medium
 from ..physics.colour import weights
 from ..physics.deviation import prism
@@ -39,8 +40,12 @@ def _turned(parameters, wavelengths, incidence):
 
 def passed_back(parameters: PrismParameters, wavelengths) -> np.ndarray:
     """The shares (...) of light that goes so, which the two faces of the prism let through."""
-    first = _leaving(parameters)
-    second = np.radians(deviation_back(parameters, wavelengths)) + math.radians(parameters.apex) - first
+    return _passed(parameters, wavelengths, _leaving(parameters), deviation_back(parameters, wavelengths))
+
+
+def _passed(parameters, wavelengths, first, turned):
+    """Of light (...) that meets the first face at an angle, radians, and is turned by so many degrees in all."""
+    second = np.radians(turned) + math.radians(parameters.apex) - first
     shares = []
     n, mu = (values.real for values in parameters.medium.spectrum(wavelengths))
     for index, permeability, angle in zip(np.ravel(n), np.ravel(mu), np.ravel(second), strict=True):
@@ -68,8 +73,8 @@ def turned(camera: Camera, before: np.ndarray) -> np.ndarray:
     return np.degrees(np.remainder(before - after + math.pi, 2 * math.pi) - math.pi)
 
 
-def on_the_screen(parameters: PrismParameters, wavelength: float, seed: int = 0) -> tuple[float, float]:
-    """Where on the screen a wavelength's light lands, metres from its middle, and its width there, a standard deviation."""
+def on_the_screen(parameters: PrismParameters, wavelength: float, seed: int = 0) -> tuple[float, np.ndarray]:
+    """Where on the screen a wavelength lands: its middle from the screen's, and rays (RAYS,) from that, sorted; metres."""
     random = np.random.default_rng(seed)
     board = screen(parameters)
     n = parameters.medium.at(wavelength).n if parameters.medium else 1.0
@@ -81,8 +86,34 @@ def on_the_screen(parameters: PrismParameters, wavelength: float, seed: int = 0)
     across, of_sun = board.place(aside) - place, board.place(inclined) - place
     offsets = random.uniform(-1, 1, RAYS) * across
     # a Gaussian that has fallen to 1 / e at `turn`; the slit's own depth is nothing beside its width
-    places = place + offsets + random.normal(0, math.sqrt(0.5), RAYS) * of_sun
-    return float(place), float(places.std())
+    return place, np.sort(offsets + random.normal(0, math.sqrt(0.5), RAYS) * of_sun)
+
+
+def landing(parameters: PrismParameters, wavelength: float, photons: int) -> float:
+    """How many of so many photons that a sun sends at the prism land on the screen, for each metre of its height."""
+    # the box about the prism is upright, and the sun sees it a little from above
+    deep, wide = np.ptp(outline(parameters), axis=0)
+    tall = scene_of.HEIGHT * math.cos(parameters.slope) + deep * math.sin(parameters.slope)
+    upright = photons * math.cos(parameters.slope) / (wide * tall)  # of a square metre across x
+    first = math.radians(parameters.incidence)
+    passed = _passed(parameters, wavelength, first, deviation(parameters, wavelength))
+    return float(upright * parameters.opening * passed)
+
+
+def spread(places: np.ndarray, number: float) -> tuple[float, float]:
+    """By how much, at least and at most, photons that land at places (N,), sorted, are spread, metres, a standard deviation.
+
+    number: of them, for each metre of height. Half of them choose how the others are spread (caustics.density): over the
+    least box that holds ENOUGH. The next one is at most 5 / 3 as wide.
+    """
+    low, high = np.zeros(len(places)), np.ones(len(places))  # sides of the boxes: what they hold grows with them
+    for _ in range(40):
+        side = (low + high) / 2
+        within = np.searchsorted(places, places + side / 2) - np.searchsorted(places, places - side / 2)
+        enough = number / 2 * side * within / len(places) >= ENOUGH
+        low, high = np.where(enough, low, side), np.where(enough, side, high)
+    least = math.sqrt(np.mean(np.square(high)) / 12)
+    return least, least * 5 / 3
 
 
 def through_the_prism(parameters: PrismParameters, camera: Camera, wavelengths: np.ndarray) -> np.ndarray:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A prism on a table in a dark room: the sun comes through a slit in the wall, and its spectrum falls on a screen.
+"""A prism on a table in a dim room: the sun comes through a slit in the wall, and its spectrum falls on a screen.
 
 After the description of Naranjo-Correa and Martinez-Borreguero (2024), prisms of glass and of negative-index media in white
 light; the media are our own. Where a wavelength's light goes, physics.deviation says: way() puts it into this room.
@@ -32,8 +32,9 @@ TABLE = (0.85, 0.75)  # how far it reaches along +x and to both sides
 SCREEN_LOW, SCREEN_TOP, NARROWEST, WIDEST = 0.0005, 0.12, 0.12, 0.96  # the screen's edges, and its width
 LAMP = 0.02  # how far behind the wall the sheet glows
 PAPER, DARK, WHITE = (0.62, 0.62, 0.62), (0.035, 0.035, 0.035), (0.8, 0.8, 0.8)
-HORIZON, ZENITH = (0.10, 0.10, 0.10), (0.02, 0.02, 0.02)
+HORIZON, ZENITH = (0.28, 0.28, 0.28), (0.12, 0.12, 0.12)
 SUN_IRRADIANCE = (20.0, 20.0, 20.0)  # across its rays, whatever the sun's width
+SIDE_SEES = 0.3  # of a wide screen, what is to be seen from the side
 EYE = 0.25  # from the prism to the eye that looks through it
 GLOW = 1.0  # radiance of the sheet
 MOST_TURNED = math.radians(85)  # from +x, for the screen to stand before the wall
@@ -218,7 +219,7 @@ def build(parameters: PrismParameters, backend: str = "auto") -> bpy.types.Scene
         stage.mesh(
             "Sheet", sheet, [face[::-1] for face in faces], surfaces.shining("Sheet", lambda nodes: (1, 1, 1), GLOW)
         )
-    stage.world(surfaces.sky("Dark room", HORIZON, ZENITH, glow=glow), aim=None if glow is None else 1024)
+    stage.world(surfaces.sky("Dim room", HORIZON, ZENITH, glow=glow), aim=None if glow is None else 1024)
     stage.camera(*pose(parameters))
     return stage.scene
 
@@ -255,8 +256,26 @@ def pose(parameters: PrismParameters) -> Pose:
         eye = start - EYE * white.facing
         return Pose((*eye.tolist(), OPEN / 2), (*start.tolist(), OPEN / 2), _spread(parameters))
     # on the far side of the light, so that it sees the front of the screen
-    side = 1.0 if y < 0 else -1.0
-    return Pose((-0.06, side * 0.42, 0.30), (0.45 * x + 0.04, 0.45 * y, 0.01), 52)
+    eye = np.array([-0.07, math.copysign(0.36, -y), 0.28])
+    ends = [white.middle + end * white.along for end in np.array([-0.5, 0.5]) * min(white.width, SIDE_SEES)]
+    return _around(
+        eye, np.array([(0.85 * WALL, 0.0, 0.0), *((*end.tolist(), z) for end in ends for z in (0.0, SCREEN_TOP))])
+    )
+
+
+def _around(eye, points):
+    """The Pose of an eye that sees points (N, 3), which are all before it, with a margin."""
+    away = points - eye
+    azimuth = np.arctan2(away[:, 1], away[:, 0])
+    low = np.arctan2(away[:, 2], np.hypot(away[:, 0], away[:, 1]))
+    turn, tilt = (float(angle.min() + angle.max()) / 2 for angle in (azimuth, low))
+    ahead = np.array([math.cos(turn) * math.cos(tilt), math.sin(turn) * math.cos(tilt), math.sin(tilt)])
+    right = np.array([math.sin(turn), -math.cos(turn), 0.0])
+    depth = away @ ahead
+    reach = np.abs(away @ right / depth).max(), SIZE[0] / SIZE[1] * np.abs(away @ np.cross(right, ahead) / depth).max()
+    return Pose(
+        tuple(eye.tolist()), tuple((eye + 0.5 * ahead).tolist()), 2 * math.degrees(math.atan(1.06 * max(reach)))
+    )
 
 
 def _spread(parameters):

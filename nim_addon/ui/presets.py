@@ -50,7 +50,7 @@ class NIM_OT_load_figure(bpy.types.Operator):
                     request = Request.of(self.scene, recipe.settings)
                     settings = context.scene.nim_scenes
                     take(getattr(settings, self.scene), request.parameters)
-                    settings.spectral = request.spectral
+                    settings.spectral = recipe.spectral
                     MENUS[self.scene].bl_label = _named(figure, recipe.caption)
                     return {"FINISHED"}
         name = f"{self.figure} {self.recipe}"

@@ -69,8 +69,8 @@ def test_a_picture_sets_all_as_it_was_rendered(settings, press, name, figure, re
     spoil(getattr(settings, name))
     assert press("nim.load_figure", scene=name, figure=figure.number, recipe=recipe.name) == {"FINISHED"}
     assert settings.problem == ""
-    request = Request.of(name, recipe.settings)
-    assert (scene_settings.parameters_of(settings), settings.spectral) == (request.parameters, request.spectral)
+    wanted = Request.of(name, recipe.settings).parameters
+    assert (scene_settings.parameters_of(settings), settings.spectral) == (wanted, recipe.spectral)
     assert presets.MENUS[name].bl_label == f"Figure {figure.number}: {recipe.caption}"
 
 
@@ -184,7 +184,7 @@ def test_a_preset_of_an_earlier_version_loads(settings, press, tmp_path):
 
 def test_a_picture_in_all_wavelengths_sets_that_too(settings, press, monkeypatch):
     name, figure, recipe = OFFERED[0]
-    spectral = dataclasses.replace(recipe, settings=(*recipe.settings, "spectral=yes"))
+    spectral = dataclasses.replace(recipe, spectral=True)
     monkeypatch.setattr(presets, "recipes_of", lambda scene: [(figure, [spectral])])
     settings.scene = name
     press("nim.load_figure", scene=name, figure=figure.number, recipe=recipe.name)

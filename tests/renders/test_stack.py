@@ -4,6 +4,7 @@
 import dataclasses
 
 import numpy as np
+import OpenImageIO as oiio
 import pytest
 
 from nim_addon.cycles import spectral_images, wavelength
@@ -73,3 +74,16 @@ def test_the_standard_error_is_that_of_the_mean(tmp_path, empty_file):
     ratio = np.sqrt(np.var(means, axis=0, ddof=1) / np.mean(np.square(errors), axis=0))
     # samples are spread more evenly over all of a wavelength's than over a quarter of them: the error said is the larger
     assert (ratio < 1.5).all() and (ratio > 0.2).all()
+
+
+def test_each_sheet_is_at_its_own_wavelength(tmp_path, empty_file):
+    """Gold, which mirrors red and not blue: each line is that of a render at its wavelength alone."""
+    nm, region = (500.0, 600.0), Region(9, 5, 6, 6)
+    asked = Request.of("sphere", ["n=gold"], **{**SMALL, "samples": 64})
+    rows = np.loadtxt(Stack(asked, nm, region).render(tmp_path, "s").csv, delimiter=",", skiprows=1)
+    for row, shares in zip(rows, colour.shares_of(np.array(nm)), strict=True):
+        alone = dataclasses.replace(asked, wavelength=row[0], seed=1).render(tmp_path, f"{row[0]:g}")
+        sent = oiio.ImageBuf(str(alone.exr)).get_pixels(oiio.FLOAT)[5:11, 9:15, :3] @ shares
+        error = row[2] * row[3] / row[1]  # of what is of white, as both are here
+        assert abs(sent.mean() - row[3]) < 4 * np.sqrt(2) * error
+    assert rows[1, 3] - rows[0, 3] > 10 * np.abs(rows[:, 2] * rows[:, 3] / rows[:, 1]).max()

@@ -106,6 +106,26 @@ def test_it_needs_object_mode(material, press):
     bpy.ops.object.mode_set(mode="OBJECT")
 
 
+def test_a_scene_of_another_file_is_left_alone(material, press, tmp_path):
+    bpy.data.libraries.write(str(tmp_path / "other.blend"), {bpy.context.scene})
+    with bpy.data.libraries.load(str(tmp_path / "other.blend"), link=True) as (there, wanted):
+        wanted.scenes = there.scenes[:1]
+    bpy.context.window.scene = wanted.scenes[0]
+    with pytest.raises(RuntimeError, match="make it local first"):
+        press("nim.spectral")
+
+
+def test_where_no_backend_is_to_be_had_it_says_so(material, press, monkeypatch):
+    def refuses(scene, backend):
+        raise RuntimeError(f"this Blender has no {backend}.")
+
+    monkeypatch.setattr(spectral, "set_up", refuses)
+    before = state()
+    with pytest.raises(RuntimeError, match="this Blender has no nodes"):  # which the scene is set to
+        press("nim.spectral")
+    assert state() == before
+
+
 def test_what_was_done_is_known_after_a_file_is_loaded(material, press, panel, tmp_path):
     press("nim.spectral")
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))

@@ -12,11 +12,15 @@ from typing import IO
 
 PACKAGE = Path(__file__).resolve().parents[1]
 # What the second process runs: a module of this package, until its standard input ends, as it does when the first
-# process ends or is killed. An interrupt then lets the module clear away what it has begun.
+# process ends or is killed. An interrupt then lets the module clear away what it has begun. What comes in before, the module
+# reads as its own standard input.
 CODE = """
 import os, runpy, signal, sys, threading, time
+inner, outer = os.pipe()
+sys.stdin = open(inner, encoding="utf-8")
 def end_with_parent():
-    os.read(0, 1)
+    while said := os.read(0, 65536):
+        os.write(outer, said)
     signal.raise_signal(signal.SIGINT)
     time.sleep(3)
     os._exit(130)
@@ -41,7 +45,8 @@ def second_blender(
     binary:      bpy.app.binary_path; empty where Blender is a module of this Python
     stdout:      as subprocess.Popen takes it; of what it says on standard error, too
     environment: variables beside those of this process
-    The end of its standard input, a pipe, ends it. Raises OSError where it cannot be started.
+    Its standard input is a pipe, which the module may read; the end of it ends the process. Raises OSError where it cannot
+    be started.
     """
     code = CODE.format(folder=str(PACKAGE.parent), module=f"{PACKAGE.name}.{module}")
     if binary:

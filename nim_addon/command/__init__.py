@@ -15,11 +15,11 @@ from collections.abc import Callable, Sequence
 from ..base import signals, streams
 from ..base.version import VERSION
 from ..physics import MEDIA
-from . import compare, doctor, figures, fresnel, info, rays, render, scenes, verify
+from . import compare, doctor, figures, fresnel, info, rays, render, scenes, sweep, verify
 from .report import FAILURE, USAGE, Failure, complain, sentence
 from .words import Parser, UsageError
 
-COMMANDS = (render, compare, figures, rays, scenes, fresnel, verify, doctor, info)
+COMMANDS = (render, compare, sweep, figures, rays, scenes, fresnel, verify, doctor, info)
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -60,8 +60,8 @@ def add_to(commands: argparse._SubParsersAction) -> None:
     where.add_argument("--region", type=words.region, metavar="X,Y,W,H", help="the same of the mean of a part")
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options that every subcommand has which renders a scene."""
+def add_options(parser: argparse.ArgumentParser, *, out: str = "renders", named: bool = True) -> None:
+    """Add the options that every subcommand has which renders a scene; `out`: the folder, `named`: what has a name."""
     samples, seed = words.whole("--samples", 1, MOST_SAMPLES), words.whole("--seed", 0, MOST_SEED)
     photons = words.whole("--photons", 1, MOST_PHOTONS)
     passes = words.whole("--spectral-passes", 1, MOST_PASSES)
@@ -70,8 +70,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--samples", type=samples, metavar="N", help="paths a pixel (128)")
     add("--size", type=words.size, metavar="WxH|P%", help="pixels, or a part of the scene's own size (100%%)")
     add("--seed", type=seed, metavar="S", help="of the noise (0)")
-    add("--out", type=words.folder, default="renders", metavar="DIR", help="folder to write to (renders)")
-    add("--name", type=words.name, metavar="NAME", help="of the files, without suffix (scene and settings)")
+    add("--out", type=words.folder, default=out, metavar="DIR", help=f"folder to write to ({out})")
+    if named:
+        add("--name", type=words.name, metavar="NAME", help="of the files, without suffix (scene and settings)")
     add("--backend", choices=BACKENDS, help="OSL, or Blender's own nodes (auto: OSL where there is some)")
     add("--spectral", action=argparse.BooleanOptionalAction, help="all wavelengths in one picture (spectral=yes)")
     add(
@@ -90,13 +91,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--photons", type=photons, metavar="N", help="for traced caustics (16 million)")
     form = parser.add_mutually_exclusive_group()
     form.add_argument("--quiet", action="store_true", help="print nothing but errors")
-    form.add_argument(
-        "--progress",
-        action="store_true",
-        help="for programs: print JSON lines, "
+    done = (
         '{"done": samples, "total": samples, "left": seconds or null} as it goes and {"files": [...]} at the end; '
-        'with --frames also "frame", its number, and "frames", how many there are',
+        'with --frames also "frame", its number, and "frames", how many there are'
+        if named
+        else '{"done": tasks, "total": tasks, "left": seconds or null, ...} as it goes and {"files": [...]} at the end'
     )
+    form.add_argument("--progress", action="store_true", help=f"for programs: print JSON lines, {done}")
 
 
 def run(arguments: argparse.Namespace) -> None:

@@ -49,7 +49,7 @@ def drawing(strata: int) -> Drawing:
 
     def draw(scene, linear, shown, progress):
         cleaned, kept = scene.cycles.use_denoising, scene.view_layers[0].cycles.denoising_store_passes
-        with _guided(scene, cleaned):
+        with guided(scene, cleaned):
             layers = _merged(scene, strata, progress)
             noisy = layers["Combined"]
             clean = denoised(scene, layers) if cleaned else noisy
@@ -65,7 +65,7 @@ def picture_of(scene: bpy.types.Scene, strata: int, progress: Progress | None = 
 
 
 @contextlib.contextmanager
-def _guided(scene, cleaned):
+def guided(scene, cleaned):
     """Let Cycles keep its noise, with what guides the denoiser where one comes after."""
     cycles, layer = scene.cycles, scene.view_layers[0].cycles
     former = cycles.use_denoising, layer.denoising_store_passes

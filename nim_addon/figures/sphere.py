@@ -149,7 +149,8 @@ def predicted_companions(parameters: SphereParameters, camera: Camera, count: in
 # ------------------------------------------------------------------------------------------------ what is read off
 
 
-def _impact(camera):
+def impact_of(camera: Camera) -> np.ndarray:
+    """How far each pixel's ray passes the middle of the sphere, (H, W), in its radii."""
     return impact(camera, scene_of.CENTER, scene_of.RADIUS)
 
 
@@ -170,7 +171,7 @@ def _probe_claims(images, indices):
     claims, radii = [], {}
     for n in indices:
         image = images[f"probe_{n:g}"]
-        b = _impact(image.camera)
+        b = impact_of(image.camera)
         upper = np.indices(b.shape)[0] < b.shape[0] / 2
         pair = predicted_probe(image.parameters, image.camera), image.pixels
         name, inner = f"n = {n:g}", RIM
@@ -233,7 +234,7 @@ def measure_accompanied(images: dict[str, Image]) -> list[Claim]:
 
 
 def _companion_claims(image, n, inner, through_air):
-    b, away = _impact(image.camera), _away_from_blue(image.camera)
+    b, away = impact_of(image.camera), _away_from_blue(image.camera)
     pair = predicted_companions(image.parameters, image.camera), image.pixels
     # half of what comes straight through two surfaces; at -4.1 what is mirrored within is not far below
     level = 0.5 * float(Interface(image.parameters.medium).fresnel(1.0).T) ** 2
@@ -261,7 +262,7 @@ def _away_from_blue(camera):
     middle, blue = camera.pixels_of([scene_of.CENTER, scene_of.COMPANIONS[1].center])
     rows, columns = np.indices(camera.size[::-1])
     across = np.stack([columns + 0.5, rows + 0.5], axis=-1) - middle
-    return (across @ (blue - middle) < 0) & (_impact(camera) < 1)
+    return (across @ (blue - middle) < 0) & (impact_of(camera) < 1)
 
 
 # ------------------------------------------------------------------------------------------------ the figures

@@ -54,6 +54,7 @@ class Asked:
     spectral:   whether all wavelengths are in it: media disperse, and what glows has their colours
     spectral_passes: renders, each of a part of the wavelengths, whose mean is the spectral picture; None: as suits samples
     wavelength: the only one that is in it, nanometres; None: media as at 550, or all where it is spectral
+    inputs:     of a .blend: (MATERIAL:INPUT, number) of its interface nodes, in place of what stands there
     pose:       a scenes.stage.Pose of the camera in place of the scene's own
     change:     name of a function that changes the scene once it is built, as changes.register() has it
     code:       the mark of the code that is to render it, changes.code_mark(), where that matters
@@ -77,6 +78,7 @@ class Asked:
     spectral: bool = False
     spectral_passes: int | None = None
     wavelength: float | None = None
+    inputs: tuple[tuple[str, float], ...] | None = None
     pose: Pose | None = None
     change: str | None = None
     code: str | None = None
@@ -117,6 +119,8 @@ class Asked:
             raise ValueError(
                 f"{parameters!r} are no parameters of the {type_.name}; give {type_.parameters.__name__}()."
             )
+        if self.inputs:
+            raise ValueError(f"inputs are of the materials of a .blend; the {type_.name} has parameters instead.")
         if self.frame is not None:
             raise ValueError(f"frame is of the animation of a .blend; the {type_.name} has parameters instead.")
         usual = {"size": type_.size, "samples": SAMPLES, "seed": 0, "denoise": False}

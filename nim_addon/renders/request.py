@@ -15,6 +15,11 @@ from .session import NotTraced, Rendered, Session, Showing, can_denoise
 __all__ = ["NoPhotons", "NotTraced", "Rendered", "Request", "Session", "Showing", "can_denoise"]
 
 
+def digest(record: dict) -> str:
+    """The SHA-256 of a JSON-ready dict, in hexadecimal."""
+    return hashlib.sha256(json.dumps(record, sort_keys=True).encode()).hexdigest()
+
+
 @dataclass(frozen=True)
 class Request(Asked):
     """What is asked for, with what is done with it."""
@@ -30,12 +35,16 @@ class Request(Asked):
         It is of what is decided(), so a request and the record of its image have the same: where something is open, the
         scene is built to decide it. Raises as decided() does.
         """
-        record = self.decided().record()
+        return digest(self.decided().content())
+
+    def content(self) -> dict:
+        """Its record with the content of files in the place of their names."""
+        record = self.record()
         if self.blend:
             del record["blend"]["file"]
         else:
             record["parameters"] |= {name: sha256_of(path) for name, path in known(self.parameters).files().items()}
-        return hashlib.sha256(json.dumps(record, sort_keys=True).encode()).hexdigest()
+        return record
 
     # -------------------------------------------------------------------------------------------- the act
 

@@ -21,6 +21,7 @@ from ..scenes import scene_type
 from ..scenes.stage import aim
 from .asked import OPEN_IN_A_BLEND, Asked, known
 from .changes import change_of
+from .inputs import set_input
 from .temporary import TemporaryScene
 
 FEW_PHOTONS = 1 << 20  # fewer than these are baked into small textures
@@ -51,10 +52,11 @@ class Session(Generic[Kind]):
     """The act of rendering an Asked, with `with`: its scene is built once, at need, for as many seeds as are rendered.
 
     persistent: whether Cycles keeps what it made of the scene from one seed to the next
+    threads:    that Cycles renders with; 0: one for each processor
     """
 
-    def __init__(self, request: Kind, *, persistent: bool = False) -> None:
-        self._asked, self._persistent = request, persistent
+    def __init__(self, request: Kind, *, persistent: bool = False, threads: int = 0) -> None:
+        self._asked, self._persistent, self._threads = request, persistent, threads
         self._decided: Kind | None = None
         self._temporary = TemporaryScene(self._set_up)
 
@@ -104,6 +106,8 @@ class Session(Generic[Kind]):
             if request.frame is not None:
                 scene.frame_set(request.frame)
             request = _as_in(scene, request)
+            for key, number in request.inputs or ():
+                set_input(scene, key, number)
             if request.caustics == "path":
                 caustics.clear(scene)
         else:
@@ -116,6 +120,8 @@ class Session(Generic[Kind]):
         scene.cycles.use_denoising = request.denoise
         scene.view_layers[0].cycles.denoising_store_passes = request.denoise and request.keep_noise
         scene.render.use_persistent_data = self._persistent
+        if self._threads:
+            scene.render.threads_mode, scene.render.threads = "FIXED", self._threads
         if request.pose:
             aim(known(scene.camera), *request.pose)
         if request.change:

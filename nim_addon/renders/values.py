@@ -107,6 +107,20 @@ def _pose(name, value):
     )
 
 
+def _inputs(name, value):
+    if not isinstance(value, (dict, list, tuple)) or not value:
+        raise ValueError(f"{name} = {value!r} is no table; give numbers by MATERIAL:INPUT.")
+    try:
+        found = {str(key): _finite(number) for key, number in (value.items() if isinstance(value, dict) else value)}
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} = {value!r} has what is no number; give numbers by MATERIAL:INPUT.") from None
+    if wrong := next((key for key in found if not all(key.partition(":"))), None):
+        raise ValueError(
+            f"{name}: {wrong!r} names no input of a material; write MATERIAL:INPUT, such as NIM:Index Inside."
+        )
+    return tuple(sorted(found.items()))
+
+
 # What each value of a request must be: a function of its name and of it that returns it, or raises ValueError.
 CHECKS: dict[str, Callable] = {
     "size": _size,
@@ -123,6 +137,7 @@ CHECKS: dict[str, Callable] = {
     "spectral_passes": _passes,
     "wavelength": _wavelength,
     "pose": _pose,
+    "inputs": _inputs,
     "change": _text,
     "code": _text,
 }

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Sweeps: many renders as one plan of independent requests, and who carries it out."""

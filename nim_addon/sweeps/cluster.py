@@ -1,0 +1,220 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A sweep by Dask: on this machine, by a scheduler that stands somewhere, or by jobs of a SLURM queue.
+
+Who reaches a scheduler of Dask runs code there. So one of ours listens on 127.0.0.1, without a dashboard; for others to
+reach it an interface must be named, and then it speaks TLS only.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from ..base.processes import PACKAGE
+from . import worker
+from .children import Outcome
+from .orders import Engine, Order, Watch
+
+WINDOW = 4  # orders for each worker that the scheduler knows of at a time, at least
+LEAST_WINDOW = 64
+TRIES = 3  # of an order, before it is left
+PATIENCE = 10  # seconds for a scheduler to answer
+INSTALL = "pip install 'nim-addon[many]'"
+
+
+class Cluster:
+    """Where orders go to: a kind of cluster, and what it needs.
+
+    place:     "dask" or "slurm"
+    address:   of a scheduler that stands, such as tls://host:8786; empty: one is started
+    workers:   of a scheduler that is started here; jobs: of the queue; options: passed on to it
+    interface: network interface that a scheduler of ours listens on; None: 127.0.0.1
+    mixed:     whether Blenders may be others than the plan is for
+    """
+
+    def __init__(
+        self,
+        place: str,
+        address: str = "",
+        *,
+        workers: int = 2,
+        jobs: int = 2,
+        options: Sequence[str] = (),
+        interface: str | None = None,
+        mixed: bool = False,
+    ) -> None:
+        self.place, self.address, self.workers, self.jobs = place, address, workers, jobs
+        self.options, self.interface, self.mixed = list(options), interface, mixed
+
+    def carry_out(self, orders: Sequence[Order], folder: Path, watch: Watch) -> Iterator[tuple[Order, Outcome]]:
+        """As orders.Engine has it. Raises RuntimeError, one sentence, where the engine is not there, or goes away."""
+        with _installed(), contextlib.ExitStack() as stack:
+            client = stack.enter_context(self._client(folder))
+            yield from _through(client, orders, folder, watch, self._threads(), self.mixed)
+
+    def _threads(self):
+        """Of each Blender: this machine's are shared among its workers, another's are that worker's own affair."""
+        return max(1, (os.cpu_count() or 1) // self.workers) if self.place == "dask" and not self.address else 0
+
+    @contextlib.contextmanager
+    def _client(self, folder: Path) -> Iterator[Any]:
+        from distributed import Client  # pyright: ignore[reportMissingImports]
+
+        with contextlib.ExitStack() as stack:
+            where = stack.enter_context(self._cluster(folder))
+            try:
+                client = stack.enter_context(Client(where, timeout=PATIENCE, **self._security()))
+            except OSError as error:
+                raise RuntimeError(
+                    f"the scheduler {self.address} does not answer; see whether it runs there."
+                ) from error
+            if self.address:
+                _check_versions(client, self.address)
+            yield client
+
+    def _security(self):
+        if not self.address.startswith("tls:"):
+            return {}
+        from distributed import Security  # pyright: ignore[reportMissingImports]
+
+        return {"security": Security()}  # of Dask's own settings, in which a person names the certificates
+
+    @contextlib.contextmanager
+    def _cluster(self, folder):
+        """What a Client takes."""
+        if self.address:
+            yield self.address
+        elif self.place == "dask":
+            from distributed import LocalCluster  # pyright: ignore[reportMissingImports]
+
+            more = {"interface": self.interface, "security": True} if self.interface else {"host": "127.0.0.1"}
+            with LocalCluster(
+                n_workers=self.workers, threads_per_worker=1, dashboard_address=None, silence_logs=50, **more
+            ) as cluster:
+                yield cluster
+        else:
+            with self._queue(folder) as cluster:
+                yield cluster
+
+    @contextlib.contextmanager
+    def _queue(self, folder):
+        from dask_jobqueue import SLURMCluster  # pyright: ignore[reportMissingImports]
+
+        shared = Path(folder) / ".queue"
+        shared.mkdir(exist_ok=True)
+        security = {"security": _certificates(), "shared_temp_directory": str(shared)} if self.interface else {}
+        with SLURMCluster(
+            cores=1,
+            processes=1,
+            memory="2GB",
+            nanny=True,
+            interface=self.interface or "lo",
+            python=sys.executable,
+            local_directory=tempfile.gettempdir(),
+            log_directory=str(shared),
+            job_script_prologue=[f"export PYTHONPATH={PACKAGE.parent}${{PYTHONPATH:+:$PYTHONPATH}}"],
+            job_extra_directives=self.options,
+            scheduler_options={"dashboard_address": None},
+            **security,
+        ) as cluster:
+            _check_queue(cluster.job_script())
+            cluster.scale(jobs=self.jobs)
+            yield cluster
+
+
+def engine(place: str, address: str = "", **options) -> Engine:
+    """The engine of a Cluster, whose options are as there."""
+    return Cluster(place, address, **options).carry_out
+
+
+@contextlib.contextmanager
+def _installed():
+    try:
+        yield
+    except ImportError as error:
+        raise RuntimeError(
+            f"--on dask and --on slurm need Dask, which is not here: {INSTALL} ({error.name})."
+        ) from None
+
+
+def _certificates():
+    from distributed.security import Security  # pyright: ignore[reportMissingImports]
+
+    return Security.temporary()
+
+
+def _check_versions(client, address):
+    try:
+        client.get_versions(check=True)
+    except ValueError as error:
+        told = " ".join(str(error).split())
+        raise RuntimeError(f"the scheduler {address} has other versions than this machine: {told}") from None
+
+
+def _check_queue(script):
+    """Raise RuntimeError, one sentence, where the queue would not take the job."""
+    try:
+        asked = subprocess.run(
+            ["sbatch", "--test-only"], input=script, capture_output=True, text=True, timeout=60, check=False
+        )
+    except FileNotFoundError:
+        raise RuntimeError("there is no sbatch here; run this on a machine that hands jobs to SLURM.") from None
+    if asked.returncode:
+        raise RuntimeError(f"the queue refuses the job: {' '.join(asked.stderr.split())}")
+
+
+def _through(client, orders, folder, watch, threads, mixed):
+    """Send orders through a client of Dask, some at a time, and yield them as they end."""
+    from distributed import as_completed  # pyright: ignore[reportMissingImports]
+
+    known = {order.task.key: order for order in orders}
+
+    def hear(event):
+        said = event[1] if isinstance(event, tuple) else event
+        if isinstance(said, dict) and (order := known.get(said.get("key", ""))):
+            if said["total"]:
+                watch.goes_on(f"worker {said['worker']}", order, said["done"], said["total"])
+            else:
+                watch.began(f"worker {said['worker']}", order)
+
+    client.subscribe_topic(worker.TOPIC, hear)
+    waiting = iter(orders)
+    tries: dict[str, int] = {}
+    flying: dict[Any, Order] = {}
+
+    def send(order):
+        tries[order.task.key] = tries.get(order.task.key, 0) + 1
+        text = json.dumps(order.record(folder, threads=threads, mixed=mixed))
+        future = client.submit(worker.carry_out, text, pure=False, key=f"{order.task.key}/{tries[order.task.key]}")
+        flying[future] = order
+        return future
+
+    def some():
+        room = max(LEAST_WINDOW, WINDOW * len(client.scheduler_info()["workers"])) - len(flying)
+        return [send(order) for _, order in zip(range(room), waiting, strict=False)]
+
+    ended = as_completed(some())
+    for future in ended:
+        order = flying.pop(future)
+        outcome = _outcome(future, order)
+        if outcome.problem and outcome.again and tries[order.task.key] < TRIES:
+            ended.add(send(order))
+            continue
+        ended.update(some())
+        yield order, outcome
+
+
+def _outcome(future, order):
+    if future.status == "cancelled":
+        raise RuntimeError("the scheduler is gone; what is done is kept, and the same command goes on from there.")
+    if future.status == "error":
+        told = " ".join(str(future.exception()).split())
+        return Outcome(order.task.key, 0.0, f"the worker that rendered it went away: {told}")
+    return Outcome(**json.loads(future.result()))

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The contact sheet of a sweep: its pictures, small, in rows, each with what was varied under it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from ..base.files import whole
+from ..cycles.images import image_of, named
+from ..renders.montage import grid
+from . import results
+from .plan import Task
+
+FILE = "sheet.png"
+WIDEST, WIDTH = 8192, 320  # pixels, of the sheet and of a picture in it
+LEAST = 48  # of a picture, where there are many
+LETTERS, MARGIN = 0.052, 6  # height of letters, in parts of a picture's width; pixels about them
+
+
+def columns_of(pictures: Sequence[Task]) -> int:
+    """How many columns suit the pictures: one for each value of what runs fastest, where these repeat, else a square."""
+    count = len(pictures)
+    if count and len(pictures[0].values) > 1:
+        last = list(pictures[0].values)[-1]
+        texts = [task.values.get(last) for task in pictures]
+        period = next((place for place in range(1, count) if texts[place] == texts[0]), count)
+        if count % period == 0 and all(texts[place] == texts[place % period] for place in range(count)):
+            return period
+    return max(1, math.ceil(math.sqrt(count)))
+
+
+def write(folder: str | Path, pictures: Sequence[Task]) -> Path:
+    """Write sheet.png of the pictures of a plan that are done; returns the file."""
+    import OpenImageIO as oiio
+
+    columns = columns_of(pictures)
+    width = max(LEAST, min(WIDTH, WIDEST // columns))
+    cells = [_cell(results.image_of(folder, task).with_suffix(".png"), task, width) for task in pictures]
+    pixels = np.ascontiguousarray(grid(cells, columns))
+    sheet = oiio.ImageBuf(oiio.ImageSpec(pixels.shape[1], pixels.shape[0], 3, oiio.UINT8))
+    sheet.set_pixels(sheet.roi, pixels)
+    return whole(Path(folder).expanduser() / FILE, lambda part: _write(sheet, part))
+
+
+def _write(sheet, part):
+    if not sheet.write(named(part)):
+        raise OSError(f"cannot write {FILE}: {sheet.geterror()}.")
+
+
+def _cell(png, task, width):
+    """(H, W, 3) bytes of a picture in that width, its caption under it on white; a grey field where it is not done."""
+    import OpenImageIO as oiio
+
+    image = image_of(png) if png.is_file() else oiio.ImageBuf(oiio.ImageSpec(4, 3, 3, oiio.UINT8))
+    spec = image.spec()
+    height = max(1, round(width * spec.height / spec.width))
+    small = oiio.ImageBufAlgo.resize(image, roi=oiio.ROI(0, width, 0, height, 0, 1, 0, 3))
+    size = max(9, round(LETTERS * width))
+    lines = [f"{key} = {value}" for key, value in task.values.items()] or [task.title]
+    tall = height + (size + MARGIN) * len(lines) + MARGIN
+    cell = oiio.ImageBuf(oiio.ImageSpec(width, tall, 3, oiio.UINT8))
+    oiio.ImageBufAlgo.fill(cell, (1.0, 1.0, 1.0))
+    oiio.ImageBufAlgo.paste(cell, 0, 0, 0, 0, small)
+    for place, line in enumerate(lines):
+        base = height + (size + MARGIN) * (place + 1)
+        oiio.ImageBufAlgo.render_text(cell, MARGIN, base, line, size, "", (0.1, 0.1, 0.1))
+    return cell.get_pixels(oiio.UINT8)

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What runs in a worker of Dask: a Blender beside it renders, so that no crash takes the worker down; text in, text out.
+
+It needs neither Blender nor the rest of the sweep in its own process.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import threading
+import time
+from pathlib import Path
+
+from .children import Child
+
+TOPIC = "nimray"  # of the events that tell how far a worker is
+EVERY, LOOK = 1.0, 0.1  # seconds between two of them, and between two looks whether the task is still wanted
+GONE = ("cancelled", "resumed", "released", "forgotten")  # states of a task that nobody wants any more
+
+_child: Child | None = None
+
+
+def carry_out(text: str) -> str:
+    """Carry out an order of sweeps.child, as JSON; returns as JSON how it went. It ends where the task is cancelled."""
+    from distributed import get_worker  # pyright: ignore[reportMissingImports]
+
+    global _child
+    order = json.loads(text)
+    worker = get_worker()
+    key = order["task"]["key"]
+    if not (Path(order["folder"]) / "plan.jsonl").is_file():
+        problem = f"the worker {worker.name} does not see {order['folder']}; name a folder with --out that all machines share."
+        return json.dumps({"key": key, "seconds": 0.0, "problem": problem, "again": False})
+    _child = child = _child or Child("")
+    task, over, said = worker.get_current_task(), threading.Event(), 0.0
+
+    def report(done: int, total: int) -> None:
+        nonlocal said
+        if done == 0 or time.monotonic() - said > EVERY:
+            said = time.monotonic()
+            worker.log_event(TOPIC, {"worker": str(worker.name), "key": key, "done": done, "total": total})
+
+    def look() -> None:
+        while not over.wait(LOOK):
+            state = worker.state.tasks.get(task)
+            if state is None or state.state in GONE:
+                child.end()
+                return
+
+    looker = threading.Thread(target=look, daemon=True)
+    looker.start()
+    try:
+        with contextlib.suppress(Exception):  # of what is only told
+            report(0, 0)
+        outcome = child.carry_out(order, report)
+    finally:
+        over.set()
+        looker.join()
+    return json.dumps(outcome._asdict())

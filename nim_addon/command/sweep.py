@@ -22,7 +22,6 @@ from .words import UsageError
 
 if TYPE_CHECKING:
     from ..renders.request import Request
-    from ..sweeps.axes import Axis
     from ..sweeps.orders import Engine
     from ..sweeps.plan import Task
 

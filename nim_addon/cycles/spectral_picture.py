@@ -10,16 +10,14 @@ from __future__ import annotations
 
 import contextlib
 import functools
-import io
+from collections.abc import Mapping
 
 import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.files import temporary
-from ..base.streams import quiet
 from ..physics import colour
-from . import images, settings, spectral
+from . import denoising, settings, spectral
 from .render import Drawing, Progress, layers_of, write_linear, write_shown
 
 MOST_STRATA = 16  # more of them have hardly less noise
@@ -52,7 +50,7 @@ def drawing(strata: int) -> Drawing:
         with guided(scene, cleaned):
             layers = _merged(scene, strata, progress)
             noisy = layers["Combined"]
-            clean = denoised(scene, layers) if cleaned else noisy
+            clean = denoised(layers) if cleaned else noisy
         write_linear(linear, noisy if kept else clean)
         write_shown(scene, shown, colour.into_gamut(clean))
 
@@ -108,44 +106,15 @@ def part_of(progress: Progress | None, index: int, parts: int) -> Progress | Non
 # ------------------------------------------------------------------------------------------------ noise
 
 
-def denoised(scene: bpy.types.Scene, layers: dict[str, NDArray]) -> NDArray:
-    """The picture (height, width, 3) of layers_of() a scene without its noise, by OpenImageDenoise with its guides.
+def denoised(layers: Mapping[str, NDArray]) -> NDArray:
+    """The picture (height, width, 3) of layers_of() a spectral scene without its noise, by OpenImageDenoise with its guides.
 
     That takes no negative values, which colours of the spectrum have in sRGB: it is cleaned between wider primaries.
-    Raises RuntimeError, one sentence, where Blender did not clean it.
+    Raises as denoising.denoised() does.
     """
-    import OpenImageIO as oiio
-
-    layer = scene.view_layers[0].name
     to_wide = _to_wide()
-    layers = {**layers, "Combined": layers["Combined"] @ to_wide.T}
-    if "Denoising Albedo" in layers:
-        layers["Denoising Albedo"] = layers["Denoising Albedo"] @ to_wide.T
-    layers["Vector"] = np.zeros((*layers["Combined"].shape[:2], 4))  # without which Blender cleans no file
-    letters = {"Denoising Normal": "XYZ", "Denoising Depth": "Z", "Vector": "XYZW"}
-    layers = {name: pixels for name, pixels in layers.items() if name in letters or pixels.shape[2] == 3}
-    with temporary() as folder:
-        file, cleaned = folder / "noisy.exr", folder / "clean.exr"
-        pixels = np.concatenate(list(layers.values()), axis=2).astype(np.float32)
-        height, width, channels = pixels.shape
-        spec = oiio.ImageSpec(width, height, channels, oiio.FLOAT)
-        spec.channelnames = tuple(f"{layer}.{name}.{letter}" for name in layers for letter in letters.get(name, "RGB"))
-        spec.attribute(f"cycles.{layer}.samples", str(scene.cycles.samples))
-        image = oiio.ImageBuf(spec)
-        image.set_pixels(image.roi, pixels)
-        if not image.write(images.named(file)):
-            raise images.cut_off(file)
-        # the operator says that it is done by way of Python's own standard output
-        silent = contextlib.redirect_stdout(io.StringIO())
-        with quiet(), silent, bpy.context.temp_override(scene=scene, view_layer=scene.view_layers[0]):
-            try:
-                bpy.ops.cycles.denoise_animation(input_filepath=str(file), output_filepath=str(cleaned))
-            except RuntimeError as error:
-                raise RuntimeError(f"Blender did not denoise: {' '.join(str(error).split()).rstrip('.')}.") from None
-        found = images.read(cleaned)
-        names = list(found.spec().channelnames)
-        places = [names.index(f"{layer}.Combined.{letter}") for letter in "RGB"]
-        return found.get_pixels(oiio.FLOAT)[..., places].astype(float) @ np.linalg.inv(to_wide).T
+    colours = {name: layers[name] @ to_wide.T for name in ("Combined", "Denoising Albedo") if name in layers}
+    return denoising.denoised({**layers, **colours}) @ np.linalg.inv(to_wide).T
 
 
 @functools.cache

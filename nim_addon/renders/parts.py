@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.files import whole
-from ..cycles import images, render, settings
+from ..cycles import denoising, images, render, settings, spectral_picture
 from ..cycles.render import Progress, layers_of, write_linear, write_shown
-from ..cycles.spectral_picture import denoised, guided
+from ..cycles.spectral_picture import guided
 from ..physics import colour
 from .asked import known
 from .session import Rendered, Session
@@ -61,7 +61,8 @@ def merge(session: Session, parts: Mapping[Part, Path], folder: Path, name: str)
     def draw(scene, linear, shown, _progress):
         layers = _mean(parts)
         noisy = layers["Combined"]
-        clean = denoised(scene, layers) if request.denoise else noisy
+        denoised = spectral_picture.denoised if request.spectral else denoising.denoised
+        clean = denoised(layers) if request.denoise else noisy
         write_linear(linear, noisy if request.keep_noise else clean)
         write_shown(scene, shown, colour.into_gamut(clean) if request.spectral else clean)
 

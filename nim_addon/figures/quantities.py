@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -70,8 +71,8 @@ class Quantity:
             code=changes.code_mark(changed=True),
         )
 
-    def of(self, request: Request, exr: Path) -> float:
-        """Its number for a request, of the EXR of its probe()."""
+    def of(self, request: Request, exr: Path) -> float | None:
+        """Its number for a request, of the EXR of its probe(); None where it has none."""
         import OpenImageIO as oiio
 
         pixels = image_of(exr).get_pixels(oiio.FLOAT)[..., :3].astype(float)
@@ -81,12 +82,19 @@ class Quantity:
         else:
             pose = probe.pose or scene_type(probe.scene, of_figures=True).pose(probe.parameters)
             camera = Camera(*pose, pixels.shape[1::-1])
-        return float(self.read(Image(pixels[None], camera, probe.parameters)))
+        number = float(self.read(Image(pixels[None], camera, probe.parameters)))
+        return number if math.isfinite(number) else None
 
 
 def _window(image):
     angle, radius = off_vertical(image.camera), window_radius(image.parameters.liquid)
     return steepest(image.pixels[..., 2], angle, pixel_width(image.camera, radius) / 2)
+
+
+def _inner_radius(image):
+    if image.parameters.medium.n >= 0:
+        return math.nan  # which has no such region
+    return sphere.radius_of_inner(image.pixels, sphere.impact_of(image.camera))
 
 
 def _reflectance(image):
@@ -112,7 +120,7 @@ _ALL = (
     Quantity(
         "inner-radius",
         "radius of the inner region of a NIM sphere, in the sphere's",
-        lambda image: sphere.radius_of_inner(image.pixels, sphere.impact_of(image.camera)),
+        _inner_radius,
         scene="sphere",
         change=sphere.probe,
         pose=sphere.PROBE_POSE,

@@ -35,7 +35,7 @@ def serve(orders: IO[str], answers: IO[str]) -> None:
         order = records.parse(line)
         key, started = order["task"]["key"], time.monotonic()
         try:
-            carry_out(order, lambda done, total: say({"key": key, "done": done, "total": total}))
+            carry_out(order, lambda done, total, key=key: say({"key": key, "done": done, "total": total}))
             problem, again = None, False
         except ValueError as error:  # which another time is the same
             problem, again = str(error), False

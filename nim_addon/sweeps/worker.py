@@ -39,7 +39,8 @@ def carry_out(text: str) -> str:
         nonlocal said
         if done == 0 or time.monotonic() - said > EVERY:
             said = time.monotonic()
-            worker.log_event(TOPIC, {"worker": str(worker.name), "key": key, "done": done, "total": total})
+            name = str(worker.name).partition("://")[2] or str(worker.name)
+            worker.log_event(TOPIC, {"worker": name, "key": key, "done": done, "total": total})
 
     def look() -> None:
         while not over.wait(LOOK):

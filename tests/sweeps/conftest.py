@@ -16,9 +16,7 @@ def spheres():
 
     def make(*indices, **options):
         usual = {"size": (24, 18), "samples": 4, "caustics": "path", "backend": "nodes"}
-        return [
-            Task(Request.of("sphere", {"n": str(n)}, **{**usual, **options}), {"n": str(n)}) for n in indices
-        ]
+        return [Task(Request.of("sphere", {"n": str(n)}, **{**usual, **options}), {"n": str(n)}) for n in indices]
 
     return make
 

@@ -145,7 +145,12 @@ def test_inputs_of_a_blend_are_varied(tmp_path, sweep):
 
     scene = sphere.build(sphere.parameters(n=-2), "nodes")
     bpy.data.libraries.write(str(tmp_path / "mine.blend"), {scene}, fake_user=True)
-    (material,) = {slot.material.name for thing in scene.objects if thing.name.startswith("Sphere") for slot in thing.material_slots}
+    (material,) = {
+        slot.material.name
+        for thing in scene.objects
+        if thing.name.startswith("Sphere")
+        for slot in thing.material_slots
+    }
     base = Request.of_blend(tmp_path / "mine.blend", size=(24, 18), samples=4, caustics="path")
 
     def at(values):

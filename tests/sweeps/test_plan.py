@@ -120,7 +120,10 @@ def test_a_plan_that_is_empty_or_has_a_task_twice(tmp_path):
 def test_probes_are_measured_and_not_shown():
     tasks = [Task(Request.of("pool", {"liquid": "nim", "mu": mu}, **SMALL), {"mu": mu}) for mu in ("-1", "-10")]
     probes = plan.probes(tasks, ["mean", "R", "window"])
-    assert [task.values for task in probes] == [{"mu": "-1"}, {"mu": "-10"}]  # R and window share one, the mean needs none
+    assert [task.values for task in probes] == [
+        {"mu": "-1"},
+        {"mu": "-10"},
+    ]  # R and window share one, the mean needs none
     assert plan.pictures([*tasks, *probes]) == tasks
     with pytest.raises(ValueError, match="did you mean window"):
         plan.probes(tasks, ["windows"])

@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the pictures of a sweep show together: table, contact sheet, page and film."""
+
+import csv
+import json
+import re
+import shutil
+import subprocess
+
+import bpy
+import numpy as np
+import OpenImageIO as oiio
+import pytest
+
+from nim_addon.cycles.render import pixels_of
+from nim_addon.sweeps import film, page, plan, results, run, sheet, table
+from nim_addon.sweeps.plan import Task
+
+COLORS = {"-2": (1.0, 0.0, 0.0), "-1": (0.0, 1.0, 0.0), "1": (0.0, 0.0, 1.0), "2": (1.0, 1.0, 0.0)}
+
+
+@pytest.fixture
+def done(spheres, tmp_path):
+    """Four tasks that are done, each of a colour."""
+    tasks = spheres(*COLORS)
+    for task in tasks:
+        exr = results.image_of(tmp_path, task)
+        exr.parent.mkdir(parents=True, exist_ok=True)
+        for file, form in ((exr, oiio.FLOAT), (exr.with_suffix(".png"), oiio.UINT8)):
+            image = oiio.ImageBuf(oiio.ImageSpec(24, 18, 3, form))
+            oiio.ImageBufAlgo.fill(image, COLORS[task.values["n"]])
+            image.write(str(file))
+        results.finish(tmp_path, task, results.Made(1.5, "here", "4.5.0", "nodes"))
+    return tasks
+
+
+def read(file):
+    with open(file, newline="", encoding="utf-8") as stream:
+        return list(csv.DictReader(stream))
+
+
+def test_the_table_has_a_line_for_each(done, spheres, tmp_path):
+    files, versions = run.collect([*done, *spheres(-3)], tmp_path, ["mean", "red"])
+    assert versions == ["Blender 4.5.0 (Blender's own nodes)"]
+    lines = read(tmp_path / "table.csv")
+    assert [line["n"] for line in lines] == list(COLORS)  # what is not done has none
+    assert [float(line["red"]) for line in lines] == [1, 0, 0, 1]
+    assert [round(float(line["mean"]), 6) for line in lines] == [0.333333, 0.333333, 0.333333, 0.666667]
+    assert (tmp_path / lines[0]["file"]).is_file() and lines[0]["host"] == "here"
+    assert {"table.csv", "sheet.png", "index.html"} <= {file.name for file in files}
+
+
+def test_the_table_as_parquet(done, tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    table.write(tmp_path, table.rows(tmp_path, done))
+    assert parquet.read_table(tmp_path / "table.parquet").column("n").to_pylist() == list(COLORS)
+
+
+def test_the_sheet_has_captions_under_the_pictures(done, tmp_path):
+    assert sheet.columns_of(done) == 2
+    pixels = oiio.ImageBuf(str(sheet.write(tmp_path, done))).get_pixels(oiio.UINT8)
+    height, width = pixels.shape[:2]
+    for place, color in enumerate(COLORS.values()):
+        row, column = divmod(place, 2)
+        assert pixels[row * height // 2 + 60, column * width // 2 + 60].tolist() == [round(255 * c) for c in color]
+    below = pixels[245:265, :200].mean(axis=2)  # a caption is dark on white
+    assert below.max() == 255 and below.min() < 80
+
+
+def test_columns_are_the_values_of_what_runs_fastest(spheres):
+    (task,) = spheres(-1)
+    tasks = [Task(task.request, {"n": n, "mu": mu}) for n in "ab" for mu in "cde"]
+    assert sheet.columns_of(tasks) == 3 and sheet.columns_of(tasks[:5]) == 3 and sheet.columns_of(tasks[:1]) == 1
+
+
+@pytest.mark.parametrize("suffix", film.FORMS)
+def test_the_film_has_the_pictures_as_frames(done, tmp_path, suffix):
+    pictures = [results.image_of(tmp_path, task).with_suffix(".png") for task in done]
+    scenes = len(bpy.data.scenes)
+    file = film.write(tmp_path / f"film{suffix}", pictures, 12)
+    assert len(bpy.data.scenes) == scenes
+    clip = bpy.data.movieclips.load(str(file))
+    assert (tuple(clip.size), clip.frame_duration, clip.fps) == ((24, 18), 4, 12)
+    bpy.data.movieclips.remove(clip)
+
+
+def test_a_film_of_another_kind_is_refused():
+    with pytest.raises(ValueError, match=r"name it .mp4, .webm or .mkv"):
+        film.check("sweep.gif")
+
+
+def test_the_frames_of_a_film_are_in_order(done, tmp_path):
+    pictures = [results.image_of(tmp_path, task).with_suffix(".png") for task in done]
+    file = film.write(tmp_path / "film.mkv", pictures, 24)  # without loss
+    scene = bpy.data.scenes.new("Film")
+    scene.render.resolution_x, scene.render.resolution_y = 24, 18
+    scene.view_settings.view_transform = "Raw"
+    editor = scene.sequence_editor_create()
+    strips = editor.strips if hasattr(editor, "strips") else editor.sequences
+    strips.new_movie("film", str(file), channel=1, frame_start=1)
+    for frame, color in enumerate(COLORS.values(), 1):
+        scene.frame_set(frame)
+        with bpy.context.temp_override(scene=scene):  # else it is rendered at the frame of the scene that is shown
+            found = pixels_of(scene)
+        assert np.abs(found.mean(axis=(0, 1)) - color).max() < 0.02
+    bpy.data.scenes.remove(scene)
+
+
+# ------------------------------------------------------------------------------------------------ the page
+
+
+def test_the_page_holds_the_data_whatever_it_says(done, tmp_path):
+    lines = table.rows(tmp_path, done, ["mean"])
+    lines[0]["host"] = "</script><b>"
+    text = page.write(tmp_path, "sphere by <n>", lines, ["n"], ["mean"]).read_text()
+    assert text.count("</script>") == 2 and "<title>sphere by &lt;n&gt;</title>" in text
+    data = json.loads(re.search(r'id="data">(.*?)</script>', text)[1])
+    assert data["axes"] == [["n", list(COLORS)]] and data["rows"][0]["facts"]["host"] == "</script><b>"
+    assert "http" not in text.replace("http://www.w3.org/2000/svg", "")  # no network
+
+
+@pytest.mark.skipif(not shutil.which("chromium"), reason="needs a browser, chromium")
+def test_the_page_in_a_browser(done, tmp_path):
+    """Its sliders show the picture of the values that they stand at, and so does its address."""
+    lines = table.rows(tmp_path, done, ["red"])
+    file = page.write(tmp_path, "sphere by n", lines, ["n"], ["red"])
+
+    def seen(address, script=""):
+        copy = tmp_path / "tried.html"
+        copy.write_text(file.read_text().replace("</html>", f"<script>{script}</script></html>"))
+        words = ["chromium", "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path / 'browser'}"]
+        done = subprocess.run(
+            [*words, "--dump-dom", f"{copy.as_uri()}{address}"], capture_output=True, text=True, timeout=120
+        )
+        return done.stdout
+
+    def shown(dom):
+        return re.search(r'<img id="picture" alt="([^"]*)" src="([^"]*)"', dom).groups()
+
+    files = [results.image_of(tmp_path, task).relative_to(tmp_path).with_suffix(".png").as_posix() for task in done]
+    assert shown(seen("")) == ("n = -2", files[0])
+    assert shown(seen("#n=1")) == ("n = 1", files[2])
+    slide = 'const s = document.querySelector("input"); s.value = 3; s.dispatchEvent(new Event("input"));'
+    dom = seen("", slide)
+    assert shown(dom) == ("n = 2", files[3])
+    assert dom.count("<circle") == 4 and "<polyline" in dom
+    missing = seen("#n=1", "found.clear(); show();")
+    assert '<p id="missing">' in missing
+
+
+def test_a_plan_in_two_versions_of_blender_is_named(done, tmp_path):
+    results.finish(tmp_path, done[0], results.Made(1.0, "there", "5.0.1", "osl"))
+    assert run.collect(done, tmp_path, [])[1] == ["Blender 4.5.0 (Blender's own nodes)", "Blender 5.0.1 (OSL)"]
+
+
+def test_pictures_in_parts_are_shown_once(done):
+    assert plan.pictures([*plan.split(done[0], 2), done[1]]) == done[:2]

@@ -25,7 +25,7 @@ def test_what_is_varied_is_of_the_scene_or_of_the_render():
     task = sphere_at({"n": "-2", "seed": "7", "wavelength": "450"})
     assert (task.request.parameters.n, task.request.seed, task.request.wavelength) == (-2.0, 7, 450.0)
     assert task.title == "n = -2, seed = 7, wavelength = 450"
-    with pytest.raises(ValueError, match="seed = '1.5' is not a whole number"):
+    with pytest.raises(ValueError, match=r"seed = '1.5' is not a whole number"):
         sphere_at({"seed": "1.5"})
     with pytest.raises(ValueError, match="n = 0 refracts nothing"):
         sphere_at({"n": "0"})

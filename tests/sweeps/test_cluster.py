@@ -1,0 +1,242 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A sweep by Dask and by SLURM, the real ones: also when workers, schedulers and jobs are killed."""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from nim_addon.sweeps import cluster, export, plan, results
+
+distributed = pytest.importorskip("distributed")
+ROOT = Path(__file__).parents[2]
+PACKAGE = {"PYTHONPATH": str(ROOT)}
+ENVIRONMENT = {**os.environ, **PACKAGE}
+
+
+def standing(*words):
+    """A process of Dask, and the address that it says it listens on."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", *words], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, env=ENVIRONMENT
+    )
+    for line in process.stderr:
+        if "tcp://" in line:
+            return process, "tcp://" + line.rpartition("tcp://")[2].strip()
+    raise AssertionError("it ended")
+
+
+@pytest.fixture
+def scheduler():
+    """A scheduler that stands, with one worker: (its process, its address, the worker's process)."""
+    stands, address = standing(
+        "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--no-show"
+    )
+    worker, _ = standing(
+        "distributed.cli.dask_worker", address, "--nthreads", "1", "--host", "127.0.0.1", "--no-dashboard"
+    )
+    yield stands, address, worker
+    for process in (worker, stands):
+        process.send_signal(signal.SIGINT)
+        try:
+            process.wait(10)
+        except subprocess.TimeoutExpired:
+            process.kill()
+
+
+def pids_of(pid):
+    """The processes that a process has started, and those that these have, by /proc."""
+    found = []
+    for task in Path(f"/proc/{pid}/task").iterdir():
+        for child in (task / "children").read_text().split():
+            found += [int(child), *pids_of(child)]
+    return list(dict.fromkeys(found))
+
+
+def test_dask_on_this_machine(spheres, sweep, tmp_path):
+    tasks = spheres(-2, -1.5, -1)
+    plan.write(tmp_path, tasks)
+    problems, at = sweep(tasks, cluster.engine("dask"))
+    assert (problems, at.done) == ([], 3) and results.to_do(tmp_path, tasks) == []
+    assert len(at.record()["workers"]) == 2
+
+
+def test_a_worker_that_is_killed_in_a_render(spheres, sweep, tmp_path, scheduler):
+    """It is started anew by its nanny, and what it rendered is rendered again."""
+    _, address, worker = scheduler
+    tasks = spheres(-2, -1.5, -1, samples=16)
+    plan.write(tmp_path, tasks)
+    killed = []
+
+    def ended(order, outcome):
+        if not killed:
+            for pid in pids_of(worker.pid):  # the worker that the nanny has started, and its Blender
+                if _runs(pid, "sweeps.child") or _runs(pid, "spawn_main"):
+                    killed.append(pid)
+                    os.kill(pid, signal.SIGKILL)
+
+    problems, at = sweep(tasks, cluster.engine("dask", address), ended)
+    assert len(killed) == 2 and problems == [] and at.done == 3 and results.to_do(tmp_path, tasks) == []
+
+
+def test_a_scheduler_that_is_killed_and_stands_anew(spheres, sweep, tmp_path, scheduler):
+    """What is done is kept; the same again goes on from there."""
+    stands, address, _ = scheduler
+    tasks = spheres(-2, -1.5, -1, samples=16)
+    plan.write(tmp_path, tasks)
+
+    def ended(order, outcome):
+        stands.kill()
+
+    with pytest.raises(RuntimeError, match="the scheduler is gone"):
+        sweep(tasks, cluster.engine("dask", address), ended)
+    left = results.to_do(tmp_path, tasks)
+    assert 0 < len(left) < 3
+    assert sweep(tasks)[0] == [] and results.to_do(tmp_path, tasks) == []
+
+
+def test_a_sweep_that_is_given_up_ends_its_renders(spheres, tmp_path, scheduler):
+    """Closed in the middle, no Blender of a worker renders on."""
+    _, address, worker = scheduler
+    tasks = spheres(-2, -1.5, size=(400, 300), samples=512)
+    plan.write(tmp_path, tasks)
+    code = (
+        "import sys; from pathlib import Path; from nim_addon.sweeps import cluster, plan; "
+        "from nim_addon.sweeps.orders import Order; from nim_addon.sweeps.state import State; "
+        f"f = Path({str(tmp_path)!r}); o = [Order(t) for t in plan.read(f / 'plan.jsonl')]; "
+        f"list(cluster.engine('dask', {address!r})(o, f, State(f, 2, kept=False)))"
+    )
+    client = subprocess.Popen([sys.executable, "-c", code], env=ENVIRONMENT, stderr=subprocess.DEVNULL)
+    try:
+        wait(lambda: any(_runs(pid, "sweeps.child") for pid in pids_of(worker.pid)), 60)
+        time.sleep(1)
+    finally:
+        client.kill()
+        client.wait()
+    wait(lambda: not any(_runs(pid, "sweeps.child") for pid in pids_of(worker.pid)), 60)
+    assert results.to_do(tmp_path, tasks) == tasks
+
+
+def _runs(pid, words):
+    try:
+        return words in Path(f"/proc/{pid}/cmdline").read_text()
+    except OSError:
+        return False
+
+
+def wait(condition, seconds):
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.05)
+
+
+def test_a_scheduler_that_does_not_answer(spheres, sweep, monkeypatch):
+    monkeypatch.setattr(cluster, "PATIENCE", 1)
+    with pytest.raises(RuntimeError, match=r"the scheduler tcp://127.0.0.1:9 does not answer"):
+        sweep(spheres(-1), cluster.engine("dask", "tcp://127.0.0.1:9"))
+
+
+def test_a_scheduler_of_other_versions(spheres, sweep, scheduler, monkeypatch):
+    def other(self, check=False, packages=None):
+        raise ValueError("Mismatched versions found\n\n| Package | Client |")
+
+    monkeypatch.setattr(distributed.Client, "get_versions", other)
+    with pytest.raises(RuntimeError, match="has other versions than this machine: Mismatched versions found"):
+        sweep(spheres(-1), cluster.engine("dask", scheduler[1]))
+
+
+def test_a_folder_that_workers_do_not_share(spheres, sweep, tmp_path, scheduler):
+    tasks = spheres(-1)  # whose plan is not written where they look
+    (problem,), _ = sweep(tasks, cluster.engine("dask", scheduler[1]))
+    assert f"does not see {tmp_path}; name a folder with --out that all machines share" in problem.problem
+
+
+def test_without_dask_it_says_what_to_install(spheres, sweep, monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(RuntimeError, match=r"need Dask, which is not here: pip install 'nim-addon\[many\]'"):
+        sweep(spheres(-1), cluster.engine("dask"))
+
+
+# ------------------------------------------------------------------------------------------------ queues
+
+
+@pytest.fixture(scope="session")
+def slurm(tmp_path_factory):
+    """A SLURM of two nodes on this machine: its folder."""
+    if not all(map(shutil.which, ("slurmctld", "slurmd", "munged"))) or os.geteuid():
+        pytest.skip("needs SLURM and munge, and root")
+    from .slurm_lab import started
+
+    with started(tmp_path_factory.mktemp("slurm")) as folder:
+        yield folder
+
+
+@pytest.fixture
+def queue(slurm, monkeypatch):
+    """The commands of SLURM speak with that one."""
+    monkeypatch.setenv("SLURM_CONF", str(slurm / "slurm.conf"))
+
+
+def test_jobs_of_a_queue(spheres, sweep, tmp_path, queue):
+    pytest.importorskip("dask_jobqueue")
+    tasks = spheres(-2, -1.5, -1)
+    plan.write(tmp_path, tasks)
+    problems, at = sweep(tasks, cluster.engine("slurm"))
+    assert (problems, at.done) == ([], 3) and results.to_do(tmp_path, tasks) == []
+    wait(lambda: not subprocess.run(["squeue", "-h"], capture_output=True, text=True).stdout.strip(), 60)
+
+
+def test_a_queue_that_refuses_the_job(spheres, sweep, queue):
+    pytest.importorskip("dask_jobqueue")
+    with pytest.raises(RuntimeError, match=r"the queue refuses the job: .*artition"):
+        sweep(spheres(-1), cluster.engine("slurm", options=["--partition=none"]))
+
+
+def test_a_machine_without_a_queue(monkeypatch):
+    monkeypatch.setenv("PATH", "")
+    with pytest.raises(RuntimeError, match="there is no sbatch here"):
+        cluster._check_queue("#!/bin/bash\n")
+
+
+def test_a_job_array_of_which_a_job_is_killed(spheres, tmp_path, queue):
+    """Killed in the middle, the step that puts all together renders what is missing."""
+    tasks = spheres(-2, -1.5, -1, -0.5, samples=64, size=(100, 75))
+    plan.write(tmp_path, tasks)
+    export.write("slurm", tmp_path, tasks, chunk=2, words=["--measure=mean"])
+    submitted = subprocess.run(
+        ["bash", tmp_path / "slurm-submit.sh"],
+        capture_output=True,
+        text=True,
+        check=True,
+        env={**os.environ, **PACKAGE},
+    )
+    job = submitted.stdout.split()[-1]
+    wait(lambda: list((tmp_path / "images").rglob("*.json")), 120)
+    array = str(int(job) - 1)
+    subprocess.run(["scancel", "--signal=KILL", "--full", f"{array}_0"], check=False)
+    wait(lambda: (tmp_path / "index.html").exists(), 240)
+    assert results.to_do(tmp_path, tasks) == []
+    assert "mean" in (tmp_path / "table.csv").read_text().splitlines()[0]
+
+
+def test_a_template_of_open_job_description(spheres, tmp_path):
+    tasks = spheres(-2, -1.5, -1)
+    plan.write(tmp_path, tasks)
+    (file,) = export.write("openjd", tmp_path, tasks, chunk=2)
+    template = json.loads(file.read_text())
+    lines = template["steps"][0]["parameterSpace"]["taskParameterDefinitions"][0]
+    assert (lines["range"], lines["chunks"]["defaultTaskCount"]) == ("1-3", 2)
+    openjd = Path(sys.executable).with_name("openjd")
+    if not openjd.exists():
+        pytest.skip("needs openjd-cli")
+    done = subprocess.run([openjd, "run", file, "--run-dependencies"], capture_output=True, text=True, env=ENVIRONMENT)
+    assert done.returncode == 0, done.stdout[-3000:]
+    assert "Chunks run: 3" in done.stdout  # two of tasks, and what puts all together
+    assert results.to_do(tmp_path, tasks) == []
+    assert (tmp_path / "table.csv").is_file()

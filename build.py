@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """For people: set up, render, test, make the scenes, the extension, the pages, a release. Standard library only.
 
-  python3 build.py render sphere       any nimray command: render, compare, figures, rays, scenes, verify, fresnel, info...
+  python3 build.py render sphere       any nimray command: render, compare, sweep, figures, rays, scenes, verify...
   python3 build.py test                run the tests (more words go to pytest)
   python3 build.py lint                check the style, by ruff, and the types, by pyright
   python3 build.py blends [sea...]     write blend_scenes/*.blend, the asset library (some minutes) and the groups of nodes that
@@ -42,7 +42,8 @@ ROOT = Path(__file__).resolve().parent
 # The Python that each Blender's module is built for.
 PYTHON = {"4.2": (3, 11), "4.5": (3, 11), "5.0": (3, 11), "5.2": (3, 13)}
 DEFAULT = "4.5"
-NIMRAY = ("render", "compare", "figures", "rays", "scenes", "verify", "fresnel", "doctor", "info")
+TESTED = ("figures", "many", "test")  # the extras that the tests need
+NIMRAY = ("render", "compare", "sweep", "figures", "rays", "scenes", "verify", "fresnel", "doctor", "info")
 
 
 def main(words):
@@ -133,7 +134,7 @@ def environment(blender, bring=False, locked=False):
     return environment_in(folder, packages(blender), finder, what, locked_packages(blender) if locked else None)
 
 
-def packages(blender, groups=("figures", "test")):
+def packages(blender, groups=TESTED):
     """What an environment with that Blender is asked to have."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     wanted = [f"bpy=={blender}.*" if need.startswith("bpy") else need for need in project["dependencies"]]
@@ -376,8 +377,9 @@ def docs(python, rest):
 def bench(python, rest):
     """Print the benchmarks: `glass`, our material beside Blender's, and `peers`, beside Mitsuba and POV-Ray, or only
     what is named: one of them, `waits`, what a person waits for, `scale`, what large scenes cost, `laws`, other closures
-    beside Glass, `spectrum`, media that disperse beside Mitsuba and LuxCore, or `caustics`, which takes long."""
-    named = ("glass", "peers", "waits", "scale", "laws", "caustics", "spectrum")
+    beside Glass, `spectrum`, media that disperse beside Mitsuba and LuxCore, `sweep`, many renders here and by Dask, or
+    `caustics`, which takes long."""
+    named = ("glass", "peers", "waits", "scale", "laws", "caustics", "spectrum", "sweep")
     chosen = [rest[0]] if rest and rest[0] in named else ["glass", "peers"]
     words = rest[1:] if rest[:1] == chosen else rest
     return max(run(python, f"bench/{name}.py", *words) for name in chosen)
@@ -409,7 +411,7 @@ def lock(python, rest):
     words = ("-m", "pip", "install", "--dry-run", "--ignore-installed", "--quiet", "--report", "-")
     for blender in PYTHON:
         # style and types are checked in one of them
-        groups = ("figures", "test", "lint") if blender == DEFAULT else ("figures", "test")
+        groups = (*TESTED, "lint") if blender == DEFAULT else TESTED
         words_of_it = [str(environment(blender)), *words, *packages(blender, groups)]
         found = subprocess.run(words_of_it, stdout=subprocess.PIPE, text=True)
         if found.returncode:

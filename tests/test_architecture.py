@@ -9,7 +9,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 # Each room may import those before it; command and ui are imported by nim_addon/__init__.py and __main__.py alone.
-ROOMS = ("base", "physics", "cycles", "caustics", "checks", "scenes", "renders", "figures")
+ROOMS = ("base", "physics", "cycles", "caustics", "checks", "scenes", "renders", "figures", "sweeps")
 TOPS = ("command", "ui")
 LONGEST_FUNCTION, LONGEST_MODULE = 60, 450
 # Longer functions, {file: names}: the flat list of a node tree or of a parser, which gains nothing by being cut.

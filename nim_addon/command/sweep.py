@@ -49,7 +49,12 @@ def add_to(commands: argparse._SubParsersAction) -> None:
         "edited and given in the place of a scene. What is done already is not rendered again, so the same command goes on\n"
         "where it was stopped. At the end DIR has table.csv, sheet.png, a contact sheet, and index.html with sliders.",
     )
-    add = parser.add_argument
+    _add_plan(parser.add_argument)
+    _add_act(parser.add_argument)
+    add_options(parser, out="sweep", named=False)
+
+
+def _add_plan(add: Callable) -> None:
     add("what", nargs="?", metavar="SCENE|FILE", help=f"{words.A_SCENE}, a .blend, or a plan.jsonl")
     add(
         "--vary",
@@ -82,6 +87,9 @@ def add_to(commands: argparse._SubParsersAction) -> None:
     add(
         "--lines", type=words.frames, metavar="A-B", help="of a plan: render these tasks only, and put nothing together"
     )
+
+
+def _add_act(add: Callable) -> None:
     add("--strict", action="store_true", help="refuse points that are none, instead of leaving them out")
     add("--yes", action="store_true", help=f"take more than {WITHOUT_ASKING} tasks")
     add("--mixed", action="store_true", help="allow Blenders of other versions than the plan is for")
@@ -103,7 +111,6 @@ def add_to(commands: argparse._SubParsersAction) -> None:
         help="tasks of an exported job (as the time suits)",
     )
     add("--status", metavar="DIR", help="say how far the sweep in a folder is")
-    add_options(parser, out="sweep", named=False)
 
 
 def run(arguments: argparse.Namespace) -> int | None:
@@ -235,6 +242,7 @@ def _base(arguments) -> Callable[[Mapping[str, str]], Request]:
     """The request for the values of a point of the scene's own parameters, or of a .blend's inputs."""
     from ..cycles.material import resolve
     from ..renders.request import Request
+    from ..sweeps import plan
 
     if arguments.what.endswith(".blend"):
         if arguments.assignments:
@@ -252,7 +260,8 @@ def _base(arguments) -> Callable[[Mapping[str, str]], Request]:
         return of_blend
 
     def of_scene(values: Mapping[str, str]) -> Request:
-        settings = [*arguments.assignments, *(f"{key}={value}" for key, value in values.items())]
+        varied = plan.settings_of(arguments.what, values)
+        settings = [*arguments.assignments, *(f"{key}={value}" for key, value in varied.items())]
         request = with_options(Request.of(arguments.what, settings), arguments)
         return dataclasses.replace(request, backend=resolve(request.backend))
 

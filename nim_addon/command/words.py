@@ -14,6 +14,7 @@ from ..base.text import fit
 from ..physics import Medium
 from ..physics.media import to_number
 from ..physics.spectra import wavelengths
+from ..sweeps.axes import BETWEEN
 
 A_SCENE = f"{', '.join(SCENE_NAMES[:-1])} or {SCENE_NAMES[-1]}"
 LONGEST_NAME = 200  # bytes, of the 255 that file systems take: what is half written has a longer one
@@ -222,8 +223,6 @@ def wavelength(text: str) -> float:
         raise UsageError(str(error)) from None
 
 
-# Where values part: not within the brackets of a function, nor before what belongs to the medium that comes before it.
-_BETWEEN = re.compile(r",(?![^()]*\))(?!\s*(?:mu|k|length)\s*=)")
 _AN_OWN_MU = re.compile(r"([^=,()]+),\s*(mu\s*=[^,()]+)")
 
 
@@ -238,7 +237,7 @@ def variants(words: Sequence[str], liquids: Sequence[str]) -> list[list[str]]:
         key, equals, values = word.partition("=")
         if not equals:
             raise UsageError(f"--vary {word!r} is not understood; write KEY=A,B,C.")
-        for value in _BETWEEN.split(values):
+        for value in BETWEEN.split(values):
             apart = None if key in liquids else _AN_OWN_MU.fullmatch(value)
             settings.append([f"{key}={apart[1]}", apart[2]] if apart else [f"{key}={value}"])
     if len(settings) < 2:

@@ -31,7 +31,7 @@ def set_input(scene: bpy.types.Scene, key: str, number: float) -> None:
         if label not in numbers:
             raise ValueError(unknown(f"input of {name}", label, numbers))
         socket = node.inputs[label]
-        for link in list(socket.links):
+        for link in [*(socket.links or ())]:
             node.id_data.links.remove(link)
         socket.default_value = number
 

@@ -79,7 +79,7 @@ class Cluster:
                 _check_versions(client, self.address)
             yield client
 
-    def _security(self):
+    def _security(self) -> dict[str, Any]:
         if not self.address.startswith("tls:"):
             return {}
         from distributed import Security  # pyright: ignore[reportMissingImports]
@@ -94,10 +94,9 @@ class Cluster:
         elif self.place == "dask":
             from distributed import LocalCluster  # pyright: ignore[reportMissingImports]
 
-            more = {"interface": self.interface, "security": True} if self.interface else {"host": "127.0.0.1"}
-            with LocalCluster(
-                n_workers=self.workers, threads_per_worker=1, dashboard_address=None, silence_logs=50, **more
-            ) as cluster:
+            more: dict[str, Any] = {"dashboard_address": None, "silence_logs": 50}
+            more |= {"interface": self.interface, "security": True} if self.interface else {"host": "127.0.0.1"}
+            with LocalCluster(n_workers=self.workers, threads_per_worker=1, **more) as cluster:
                 yield cluster
         else:
             with self._queue(folder) as cluster:
@@ -105,7 +104,7 @@ class Cluster:
 
     @contextlib.contextmanager
     def _queue(self, folder):
-        from dask_jobqueue import SLURMCluster  # pyright: ignore[reportMissingImports]
+        from dask_jobqueue.slurm import SLURMCluster  # pyright: ignore[reportMissingImports]
 
         shared = Path(folder) / ".queue"
         shared.mkdir(exist_ok=True)
@@ -124,7 +123,7 @@ class Cluster:
             scheduler_options={"dashboard_address": None},
             **security,
         ) as cluster:
-            _check_queue(cluster.job_script())
+            check_queue(cluster.job_script())
             cluster.scale(jobs=self.jobs)
             yield cluster
 
@@ -158,7 +157,7 @@ def _check_versions(client, address):
         raise RuntimeError(f"the scheduler {address} has other versions than this machine: {told}") from None
 
 
-def _check_queue(script):
+def check_queue(script: str) -> None:
     """Raise RuntimeError, one sentence, where the queue would not take the job."""
     try:
         asked = subprocess.run(

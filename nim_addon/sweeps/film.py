@@ -55,8 +55,8 @@ def _film(part, pictures, fps):
         render.use_file_extension = False
         render.filepath = str(part)
         with quiet() as chatter, quiet(2):
-            state = bpy.ops.render.render(animation=True, scene=scene.name)
-        if "FINISHED" not in state or not part.is_file():
+            bpy.ops.render.render(animation=True, scene=scene.name)
+        if not part.is_file():
             lines = [line for line in chatter().splitlines() if line.strip()]
             raise RuntimeError(f"Blender did not write the film: {' '.join(lines[-2:]) or 'it gave no reason'}.")
     finally:

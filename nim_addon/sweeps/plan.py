@@ -17,9 +17,11 @@ from pathlib import Path
 
 from ..base import records
 from ..base.files import whole
+from ..base.text import in_any_case
 from ..figures import quantities  # whose probes a plan may have
 from ..renders.asked import known
 from ..renders.request import Request, digest
+from ..scenes import SCENES, scene_type
 
 FILE = "plan.jsonl"
 # What of a render may be varied beside its scene's own parameters, and what each value is read as.
@@ -114,6 +116,18 @@ def task_at(point: Mapping[str, str], base: Callable[[Mapping[str, str]], Reques
             raise ValueError(f"{key} = {point[key]!r} is not a {'whole ' * (OPTIONS[key] is int)}number.") from None
     request = base({key: value for key, value in point.items() if key not in OPTIONS})
     return Task(dataclasses.replace(request, **varied), point)
+
+
+def settings_of(scene: str, values: Mapping[str, str]) -> dict[str, str]:
+    """The settings of a scene for the values of a point: n, and mu where it is none of its own, are those of its liquid."""
+    fields = dataclasses.fields(scene_type(in_any_case(scene, SCENES)).parameters)
+    names = {field.name for field in fields}
+    liquids = [field.name for field in fields if field.metadata["kind"] == "liquid"]
+    settings = dict(values)
+    if "n" in settings and "n" not in names and len(liquids) == 1:
+        own = f",mu={settings.pop('mu')}" if "mu" in settings and "mu" not in names else ""
+        settings[liquids[0]] = f"n={settings.pop('n')}{own}"
+    return settings
 
 
 def split(task: Task, parts: int) -> list[Task]:

@@ -68,4 +68,4 @@ def _cell(png, task, width):
     for place, line in enumerate(lines):
         base = height + (size + MARGIN) * (place + 1)
         oiio.ImageBufAlgo.render_text(cell, MARGIN, base, line, size, "", (0.1, 0.1, 0.1))
-    return cell.get_pixels(oiio.UINT8)
+    return np.asarray(cell.get_pixels(oiio.UINT8))

@@ -34,12 +34,14 @@ class Work:
 
     title:    name of the image that a person waits for
     requests: by the names of their images
+    words:    of `nimray`, which is run in the place of all these
     joined:   name of the image that they make side by side, empty where they make none
     compared: what the record of that one says: "compares", a text for each of them, and "set", what they share
     """
 
     title: str
-    requests: dict[str, Request]
+    requests: dict[str, Request] = dataclasses.field(default_factory=dict)
+    words: tuple[str, ...] = ()
     joined: str = ""
     compared: dict[str, list[str]] = dataclasses.field(default_factory=dict)
 
@@ -61,9 +63,8 @@ class Job:
             "joined": work.joined,
             "compared": work.compared,
         }
-        self.process = second_blender(
-            "command.job", [json.dumps(record)], binary=bpy.app.binary_path, stdout=subprocess.PIPE
-        )
+        module, words = ("__main__", work.words) if work.words else ("command.job", [json.dumps(record)])
+        self.process = second_blender(module, words, binary=bpy.app.binary_path, stdout=subprocess.PIPE)
         self.reader = threading.Thread(target=self._read, daemon=True)
         self.reader.start()
 
@@ -78,7 +79,7 @@ class Job:
                     continue
                 if "files" in said:
                     self.files = [Path(file) for file in said["files"]]
-                else:
+                elif "done" in said:
                     self.done, self.total, self.left = said["done"], said["total"], said["left"]
                     self.when = time.monotonic()
 
@@ -232,7 +233,15 @@ def all_variants(settings: NIM_PG_scenes, folder: Path) -> Work:
     }
     # in the order in which `nimray compare` has them
     compared = {**({"set": shared} if shared else {}), "compares": [" ".join(variant) for variant in variants]}
-    return Work(joined, requests, joined, compared)
+    return Work(joined, requests, joined=joined, compared=compared)
+
+
+def free(operator: type[bpy.types.Operator]) -> bool:
+    """For a poll: whether no job is under way; if one is, the operator's class is told so."""
+    if _job and _job.running:
+        operator.poll_message_set("A render is under way; wait for it, or cancel it")
+        return False
+    return True
 
 
 class _Start:
@@ -242,10 +251,7 @@ class _Start:
 
     @classmethod
     def poll(cls, context):
-        if _job and _job.running:
-            cls.poll_message_set("A render is under way; wait for it, or cancel it")
-            return False
-        return scenes.ready(cls, context)
+        return free(cls) and scenes.ready(cls, context)
 
     def start(self, work_of):
         folder = output_folder()
@@ -322,7 +328,7 @@ class NIM_OT_open_result(_OfResult, bpy.types.Operator):
     bl_label = "Open Result"
 
     def execute(self, context):
-        file = _job.files[-1]
+        file = next(file for file in reversed(_job.files) if file.suffix in (".png", ".exr"))  # a sweep has others
         if not file.is_file():
             self.report({"ERROR"}, pgettext_rpt("There is no {} any more; was it moved?").format(file))
             return {"CANCELLED"}

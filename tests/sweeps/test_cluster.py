@@ -201,7 +201,7 @@ def test_a_queue_that_refuses_the_job(spheres, sweep, queue):
 def test_a_machine_without_a_queue(monkeypatch):
     monkeypatch.setenv("PATH", "")
     with pytest.raises(RuntimeError, match="there is no sbatch here"):
-        cluster._check_queue("#!/bin/bash\n")
+        cluster.check_queue("#!/bin/bash\n")
 
 
 def test_a_job_array_of_which_a_job_is_killed(spheres, tmp_path, queue):

@@ -18,6 +18,7 @@ from pathlib import Path
 
 import bpy
 
+from nim_addon.base import signals
 from nim_addon.renders.request import Request
 from nim_addon.sweeps import cluster, local, run, state
 from nim_addon.sweeps.plan import Task
@@ -123,3 +124,5 @@ def main():
 
 if __name__ == "__main__":
     main()
+    sys.stdout.flush()
+    signals.leave(0)  # Blender as a module may hang as it exits

@@ -47,7 +47,8 @@ def test_a_sweep_from_words_to_page(nimray, tmp_path):
     done = nimray(*words, where=tmp_path)
     assert done.returncode == 0, done.stderr
     names = ["table.csv", "sheet.png", "index.html", "n.mp4"]
-    assert done.stdout.split() == [str(Path("sweep") / name) for name in names]
+    made = [file for file in done.stdout.split() if not file.endswith(".parquet")]  # where pyarrow is there
+    assert made == [str(Path("sweep") / name) for name in names]
     assert "nimray: left out n = 0: n = 0 refracts nothing" in done.stderr
     with open(tmp_path / "sweep" / "table.csv", newline="") as stream:
         table = list(csv.DictReader(stream))

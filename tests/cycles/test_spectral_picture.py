@@ -104,7 +104,7 @@ def test_the_denoiser_leaves_colours_outside_of_srgb(stage, capfd):
         "Denoising Normal": np.broadcast_to((0.0, 0.0, 1.0), (16, 16, 3)).copy(),
         "Denoising Depth": np.ones((16, 16, 1)),
     }
-    clean = spectral_picture.denoised(stage.scene, layers)
+    clean = spectral_picture.denoised(layers)
     np.testing.assert_allclose(clean.mean(axis=(0, 1)), (-0.3, 0.9, 0.2), atol=0.03)
     sys.stdout.flush()
     assert not capfd.readouterr().out  # which would stand among what programs read

@@ -121,7 +121,7 @@ def test_where_no_backend_is_to_be_had_it_says_so(material, press, monkeypatch):
 
     monkeypatch.setattr(spectral, "set_up", refuses)
     before = state()
-    with pytest.raises(RuntimeError, match="^Error: this Blender has no nodes"):  # which the scene is set to
+    with pytest.raises(RuntimeError, match=r"^Error: this Blender has no nodes"):  # which the scene is set to
         press("nim.spectral")
     assert state() == before
 

@@ -13,7 +13,7 @@ from functools import cached_property
 import bpy
 import numpy as np
 
-from ..cycles.graded import graded_ball_material
+from ..cycles.graded import graded_ball_material, graded_core_material
 from ..physics.graded import CORES, DEVICES, Profile
 from . import shapes, surfaces
 from .parameters import Parameters, choice, number, switch
@@ -29,6 +29,7 @@ PATH, JOINT, SLAB, PATH_HALF = (0.55, 0.5, 0.42), (0.16, 0.15, 0.12), 0.6, 0.9
 LEAVES, NEEDLES, BARK = (0.05, 0.15, 0.03), (0.02, 0.075, 0.035), (0.12, 0.07, 0.04)
 FENCE, HEDGE, WALL, ROOF = (0.75, 0.74, 0.7), (0.03, 0.1, 0.025), (0.78, 0.6, 0.3), (0.42, 0.08, 0.04)
 FLOWERS = (0.75, 0.03, 0.02), (0.8, 0.5, 0.02), (0.3, 0.05, 0.5)
+GLOBE = (0.75, 0.55, 0.2), (0.08, 0.12, 0.35)
 HORIZON, ZENITH = (0.62, 0.80, 1.0), (0.03, 0.14, 0.55)
 TOWARDS_SUN, SUN_IRRADIANCE = (-0.56, -0.36, 0.75), (3.748, 3.265, 2.539)
 # x, y, height: round trees and pointed ones, behind the ball and behind the camera
@@ -43,7 +44,7 @@ class BallParameters(Parameters):
 
     device: str = choice("luneburg", "what the index of the ball does with light", DEVICES)
     core: float | None = number(None, "radius of a core in the ball, whose radius is 1", 0.015625, 0.984375)
-    surface: str = choice("mirror", "what the core is", CORES[:2])
+    surface: str = choice("mirror", "what the core is", CORES)
     cap: float | None = number(None, "the largest index in the ball; as large as it gets if left out", 1.125, 100.0)
     angle: float = number(90.0, "by how much the device turn turns all light", 1.0, 360.0, "degrees")
     hollow: float = number(0.6, "radius of the hollow in a cloak", 0.0625, 0.9375)
@@ -67,7 +68,12 @@ def build(parameters: BallParameters, backend: str = "auto") -> bpy.types.Scene:
     stage = Stage("ball", SIZE, backend)
     garden(stage)
     profile = parameters.profile
-    ball(stage, "Ball", CENTER, RADIUS, graded_ball_material("Ball", profile, backend=stage.backend))
+    if profile.core is not None and profile.surface == "textured":
+        ball(stage, "Core", CENTER, RADIUS * profile.core, surfaces.diffuse("Core", _globe))
+        material = graded_core_material("Ball", profile, backend=stage.backend)
+    else:
+        material = graded_ball_material("Ball", profile, backend=stage.backend)
+    ball(stage, "Ball", CENTER, RADIUS, material)
     if parameters.head:
         head(stage, HEAD_IN * RADIUS * (profile.hollow if profile.is_cloak else profile.core or 1.0))
     stage.world(surfaces.sky("Sky", HORIZON, ZENITH, glow=sun(parameters)), aim=256)
@@ -157,6 +163,15 @@ def _fence():
     for a, b in sides:
         pieces += [shapes.box((x, 5.98, 0.05), (x + 0.12, 6.02, 1.1)) for x in np.arange(a, b - 0.11, 0.3)]
     return shapes.joined(*pieces)[:2]
+
+
+def _globe(nodes):
+    """Squares between circles of longitude and latitude, of 15 degrees."""
+    place = nodes.add("ShaderNodeTexCoord").outputs["Normal"]
+    x, y, z = nodes.add("ShaderNodeSeparateXYZ", inputs={0: place}).outputs
+    angles = nodes.math("ARCTAN2", y, x), nodes.math("ARCSINE", z)
+    cells = [nodes.math("FLOOR", nodes.math("DIVIDE", angle, math.radians(15))) for angle in angles]
+    return nodes.mix(nodes.math("FLOORED_MODULO", nodes.math("ADD", *cells), 2.0), *GLOBE)
 
 
 def _lawn(nodes):

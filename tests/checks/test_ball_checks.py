@@ -99,7 +99,8 @@ def test_a_scaled_ball_shows_beside_its_sphere_what_is_behind(scene, render):
     obj = lens(profile=Profile("eaton"))
     obj.scale = (0.5, 1, 1)
     scene.world = bpy.data.worlds.new("Sky")
-    scene.world.use_nodes = True
+    if scene.world.node_tree is None:
+        scene.world.use_nodes = True
     tree = scene.world.node_tree
     place = tree.nodes.new("ShaderNodeTexCoord")
     tree.links.new(place.outputs["Generated"], tree.nodes["Background"].inputs["Color"])

@@ -4,8 +4,10 @@
 import numpy as np
 import pytest
 
+from nim_addon.checks import problems
 from nim_addon.cycles import graded
 from nim_addon.figures import probes
+from nim_addon.figures.measure import Camera, impact
 from nim_addon.physics.graded import DEVICES, Profile
 from nim_addon.scenes import ball
 from nim_addon.scenes.ball import BallParameters, build
@@ -42,6 +44,24 @@ def test_the_head_is_within(settings, space):
     corners = np.array([vertex.co for vertex in head.data.vertices]) * head.scale
     assert tuple(head.location) == pytest.approx(ball.CENTER)
     assert 0.4 * space < np.linalg.norm(corners, axis=1).max() < space
+
+
+def test_a_core_of_its_own_material(render):
+    scene = build(BallParameters(device="magnifier", core=0.5, surface="textured"))
+    core = scene.objects["Core"]
+    assert tuple(core.location) == pytest.approx(ball.CENTER) and core.active_material.name.startswith("Core")
+    (node,) = graded.profile_nodes(scene.objects["Ball"].active_material)
+    assert graded.profile_of(node) == Profile("magnifier", 0.5, "textured")
+    assert problems(scene) == []
+    # nothing but the core shines, which fills the whole outline of its shell, and no more
+    probes.show_only(scene, "Ball", "Core")
+    probes.paint(core, probes.glow("Shining", (1, 1, 1)))
+    probes.sky(scene)
+    scene.render.resolution_x, scene.render.resolution_y, scene.cycles.samples = 64, 48, 8
+    probes.set_up(scene)
+    p = impact(Camera(*ball.pose(), (64, 48)), ball.CENTER, ball.RADIUS)
+    pixels = render(scene)[..., 0]
+    assert pixels[p < 0.93] == pytest.approx(1, abs=1e-4) and not pixels[p > 1.05].any()
 
 
 @pytest.mark.parametrize("backend", ["osl", "nodes"])

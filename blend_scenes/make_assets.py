@@ -21,8 +21,10 @@ import numpy as np
 from nim_addon.base.files import whole
 from nim_addon.base.streams import quiet
 from nim_addon.cycles.closures import INTERFACE
+from nim_addon.cycles.graded import graded_ball_material
 from nim_addon.cycles.material import interface_material
 from nim_addon.physics import MEDIA
+from nim_addon.physics.graded import Profile
 from nim_addon.scenes import shapes, sphere, surfaces
 from nim_addon.scenes.stage import Stage
 
@@ -41,6 +43,13 @@ MATERIALS = (
     ("NIM -4.1", "nim-4.1", "Negative-index material, n = -4.1: reflects 37 % straight on"),
     ("NIM -1.33, mu -10", "nim-mu10", "Negative-index material, n = -1.33, mu = -10: impedance 7.5, a strong mirror"),
     ("NIM -1.33, mu -25", "nim-mu25", "Negative-index material, n = -1.33, mu = -25: impedance 19, almost a mirror"),
+)
+# Names of graded balls, their profiles, and what a person reads.
+BALLS = (
+    ("Luneburg Lens", Profile("luneburg"), "A graded ball that shows the half space behind it, upside down"),
+    ("Maxwell's Fish-Eye", Profile("fisheye"), "A graded ball: each point of its rim is seen at the opposite one"),
+    ("Eaton Ball", Profile("eaton"), "A graded ball that sends all light back where it came from"),
+    ("NIM Magnifier", Profile("magnifier"), "A mirror in a shell of a NIM, which makes it 1.25 times larger"),
 )
 
 
@@ -104,10 +113,15 @@ def things(stage, material):
     faces = [(0, 1, 2), (5, 4, 3), (0, 3, 4, 1), (1, 4, 5, 2), (2, 5, 3, 0)]
     prism = stage.mesh("NIM Prism", np.concatenate(ends), faces, material, location=(0, 0, 0.001))
     prism.rotation_euler.z = 0.6
+    balls = [
+        (sphere.ball(stage, name, (0, 0, 1.001), 1.0, graded_ball_material(name, profile, backend="nodes")), what)
+        for name, profile, what in BALLS
+    ]
     return (
         (ball, "A sphere of 2 m, round at every distance: a lens that turns the picture and focuses within itself"),
         (slab, "A slab 0.5 m thick: shifts a beam to the other side, and refocuses what stands close to it"),
         (prism, "A prism of three equal sides of 2 m: sends light to the side that glass does not"),
+        *balls,
     )
 
 

@@ -7,6 +7,7 @@ import pytest
 
 from nim_addon import checks
 from nim_addon.cycles.graded import graded_ball_material, graded_core_material
+from nim_addon.figures import probes
 from nim_addon.physics.graded import Profile
 from tests.checks.pieces import WATER, add, ball, box, codes, found
 
@@ -98,12 +99,7 @@ def test_a_scaled_ball_shows_beside_its_sphere_what_is_behind(scene, render):
     """What the check of the scale warns of: half of a stretched object is no ball."""
     obj = lens(profile=Profile("eaton"))
     obj.scale = (0.5, 1, 1)
-    scene.world = bpy.data.worlds.new("Sky")
-    if scene.world.node_tree is None:
-        scene.world.use_nodes = True
-    tree = scene.world.node_tree
-    place = tree.nodes.new("ShaderNodeTexCoord")
-    tree.links.new(place.outputs["Generated"], tree.nodes["Background"].inputs["Color"])
+    probes.sky(scene, lambda nodes, direction: direction)
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     scene.collection.objects.link(camera)
     camera.data.type, camera.data.ortho_scale, camera.location = "ORTHO", 2.0, (0, 0, 5)

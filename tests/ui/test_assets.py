@@ -48,7 +48,7 @@ def test_a_missing_library_is_said(addon, press, monkeypatch, tmp_path):
 def test_every_asset_has_catalog_description_tags_and_preview(stored):
     lines = (assets.FOLDER / "blender_assets.cats.txt").read_text().splitlines()
     catalogs = {line.split(":")[0] for line in lines if line.count(":") == 2 and line[0] != "#"}
-    assert len(stored) == 14
+    assert len(stored) == 18
     for data in stored:
         about = data.asset_data
         assert about.catalog_id in catalogs, data.name

@@ -22,9 +22,13 @@ from nim_addon.base.files import whole
 from nim_addon.base.streams import quiet
 from nim_addon.cycles.closures import INTERFACE
 from nim_addon.cycles.graded import graded_ball_material
+from nim_addon.cycles.lenslets import lenslet_material
 from nim_addon.cycles.material import interface_material
+from nim_addon.cycles.slabs import slab_material
 from nim_addon.physics import MEDIA
 from nim_addon.physics.graded import Profile
+from nim_addon.physics.lenslet import LensletWindow
+from nim_addon.physics.uniaxial import UniaxialSlab
 from nim_addon.scenes import shapes, sphere, surfaces
 from nim_addon.scenes.stage import Stage
 
@@ -125,6 +129,25 @@ def things(stage, material):
     )
 
 
+def panes(stage):
+    """Upright panes of other laws than Snell's, as things() has its objects."""
+    low, high = (-1.2, 0.0), (1.2, 1.7)
+    front, face = shapes.rectangle(low, high)
+    window = stage.mesh(
+        "Lenslet Window", front, face, lenslet_material("Lenslets", LensletWindow(-1.0), backend="nodes")
+    )
+    sides = [shapes.rectangle(low, high, z)[0] for z in (0.25, -0.25)]
+    vertices, faces, _ = shapes.joined((sides[0], face), (sides[1], [face[0][::-1]]))
+    material = slab_material("Hyperbolic Slab", UniaxialSlab(2.0, -3.0, 0.5), backend="nodes")
+    slab = stage.mesh("Hyperbolic Slab", vertices, faces, material)
+    for pane, turn in ((window, 0.0), (slab, 0.6)):
+        pane.location, pane.rotation_euler = (0, 0, 0.001), (np.pi / 2, 0, turn)
+    return (
+        (window, "A window of lenslets of eta -1: what is behind it floats before it, upright and larger"),
+        (slab, "A slab of permittivity 2 across and -3 along its normal: all is seen twice, once bent backwards"),
+    )
+
+
 def main(folder):
     """Make everything, and write it."""
     with quiet():
@@ -152,7 +175,7 @@ def main(folder):
     made.append(group)
     bpy.data.objects["Ground"].data.materials[0] = bpy.data.materials["Ground"]
     bpy.data.objects.remove(ball)
-    shown = things(stage, material)
+    shown = (*things(stage, material), *panes(stage))
     # something to see through flat faces
     sphere.ball(stage, "Red", (0.5, 2.2, 0.6), 0.6, surfaces.plain("Red", (0.75, 0.03, 0.02)))
     stage.camera((0, -7.0, 2.6), (0, 0, 0.8), 26)

@@ -96,7 +96,8 @@ def test_the_command_line_page_has_every_command_with_an_example_and_every_optio
     sections = dict(re.findall(r"^## (.*?)\n(.*?)(?=^## |\Z)", text, re.DOTALL | re.MULTILINE))
     for name, parser in command.parser().commands.items():
         assert f"\n    nimray {name}" in sections[name], name
-        told = sections[name] + (sections["render"] if name in ("compare", "sweep") else "")  # which say that they share them
+        shared = name in ("compare", "sweep")  # which say so
+        told = sections[name] + (sections["render"] if shared else "")
         options = set(re.findall(r"--[a-z][a-z-]*", parser.format_usage()))
         assert not [option for option in options if option not in told], name
 

@@ -9,6 +9,7 @@ import pytest
 
 from nim_addon.cycles import spectral_images, wavelength
 from nim_addon.cycles.images import read_metadata
+from nim_addon.figures.measure import blocks
 from nim_addon.physics import REPRESENTATIVE_NM, colour
 from nim_addon.renders import stack
 from nim_addon.renders.request import Request
@@ -87,3 +88,31 @@ def test_each_sheet_is_at_its_own_wavelength(tmp_path, empty_file):
         error = row[2] * row[3] / row[1]  # of what is of white, as both are here
         assert abs(sent.mean() - row[3]) < 4 * np.sqrt(2) * error
     assert rows[1, 3] - rows[0, 3] > 10 * np.abs(rows[:, 2] * rows[:, 3] / rows[:, 1]).max()
+
+
+def test_a_stack_and_a_spectral_render_are_one_picture(tmp_path, empty_file):
+    """By blocks, within the noise of both; what all light of 430 nm shows is another picture.
+
+    Of a NIM that disperses so much that sheets 20 nm apart are too few.
+    """
+    small = {"size": (24, 16), "caustics": "path", "backend": "nodes"}
+    nm, seeds = tuple(np.arange(385.0, 731.0, 10.0)), range(3)
+
+    def picture(name, *words, **options):
+        made = Request.of("sphere", ["n=nim-causal", *words], **small, **options).render(tmp_path, name)
+        return oiio.ImageBuf(str(made.exr)).get_pixels(oiio.FLOAT)[..., :3]
+
+    def sheets(seed):
+        one = Stack(Request.of("sphere", ["n=nim-causal"], **small, samples=8, seed=seed), nm)
+        return spectral_images.read(one.render(tmp_path, f"stack{seed}").exr).rgb
+
+    single = blocks(np.stack([picture(f"all{seed}", "spectral=yes", samples=128, seed=seed) for seed in seeds]), 8)
+    stacked = blocks(np.stack([sheets(seed) for seed in seeds]), 8)
+    error = np.sqrt(sum(some.var(axis=0, ddof=1) / len(some) for some in (single, stacked)))
+
+    def scores(other):
+        return np.sqrt(np.mean(np.square((single.mean(axis=0) - other) / error)))
+
+    # an error known from three pictures each: chance makes 1.4 (Student's t)
+    assert scores(stacked.mean(axis=0)) < 2
+    assert scores(blocks(picture("one", samples=128, wavelength=430.0), 8)) > 5

@@ -10,6 +10,7 @@ and what needs it, only as it runs.
 from __future__ import annotations
 
 import signal
+import traceback
 from collections.abc import Callable, Sequence
 
 from ..base import signals, streams
@@ -52,6 +53,9 @@ def script(run: Callable[[], int] = main) -> None:
         code = run()
     except SystemExit as stop:  # of --help and --version
         code = int(stop.code or 0)
+    except Exception:  # a mistake of ours: Blender as a module may hang where Python ends by itself
+        traceback.print_exc()
+        code = FAILURE
     if lost := streams.close():
         code = complain(lost, code or FAILURE)
     signals.leave(code)

@@ -3,8 +3,8 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
-import importlib.util
 import io
 from collections.abc import Sequence
 from pathlib import Path
@@ -46,7 +46,7 @@ def rows(folder: str | Path, pictures: Sequence[Task], measured: Sequence[str] =
 
 
 def write(folder: str | Path, lines: Sequence[dict]) -> list[Path]:
-    """Write table.csv, and table.parquet where pyarrow is there; returns the files."""
+    """Write table.csv, and table.parquet where pyarrow is there and works; returns the files."""
     columns = list(dict.fromkeys(column for line in lines for column in line))
     text = io.StringIO(newline="")
     writer = csv.DictWriter(text, columns, lineterminator="\n")
@@ -54,7 +54,7 @@ def write(folder: str | Path, lines: Sequence[dict]) -> list[Path]:
     writer.writerows(lines)
     file = Path(folder).expanduser() / FILE
     files = [whole(file, lambda part: part.write_text(text.getvalue(), encoding="utf-8", newline=""))]
-    if lines and importlib.util.find_spec("pyarrow"):
+    with contextlib.suppress(ImportError):  # also of one for another numpy
         from pyarrow import Table, parquet  # pyright: ignore[reportMissingImports]
 
         held = Table.from_pylist([{column: line.get(column) for column in columns} for line in lines])

@@ -14,6 +14,7 @@ from ..sweeps.plan import Task
 from . import jobs, scenes
 from .panels import Sidebar, draw_sentence
 from .scene_settings import backend_of, label_of, parameters_of
+from .translations import OWN
 
 NONE = "NONE"
 MOST = 10_000  # pictures that a button makes
@@ -55,10 +56,12 @@ def _second_items(self, context):
 class NIM_PG_sweep(bpy.types.PropertyGroup):
     """What a sweep varies."""
 
-    first: bpy.props.EnumProperty(name="Vary", description="The parameter that is varied", items=_first_items)
+    first: bpy.props.EnumProperty(
+        name="Vary", description="The parameter that is varied", items=_first_items, translation_context=OWN
+    )
     first_from: bpy.props.FloatProperty(name="From", description="Its first value", default=-1.5, precision=3)
     first_to: bpy.props.FloatProperty(name="To", description="Its last value", default=1.5, precision=3)
-    first_count: bpy.props.IntProperty(name="Steps", description="How many values", default=7, min=1, max=1000)
+    first_count: bpy.props.IntProperty(name="Values", description="How many values", default=7, min=1, max=1000)
     second: bpy.props.EnumProperty(
         name="And",
         description="Another parameter, each value of which goes with each of the first",
@@ -66,7 +69,7 @@ class NIM_PG_sweep(bpy.types.PropertyGroup):
     )
     second_from: bpy.props.FloatProperty(name="From", description="Its first value", default=-1.0, precision=3)
     second_to: bpy.props.FloatProperty(name="To", description="Its last value", default=-10.0, precision=3)
-    second_count: bpy.props.IntProperty(name="Steps", description="How many values", default=2, min=1, max=1000)
+    second_count: bpy.props.IntProperty(name="Values", description="How many values", default=2, min=1, max=1000)
 
 
 def axes_of(sweep: NIM_PG_sweep) -> list[axes.Axis]:
@@ -89,7 +92,7 @@ def tasks_of(scene: bpy.types.Scene) -> tuple[list[Task], list[str]]:
     varied = axes_of(scene.nim_sweep)
     if axes.count(varied) > MOST:
         raise ValueError(
-            pgettext_rpt("{} pictures are too many for a button; take fewer steps").format(axes.count(varied))
+            pgettext_rpt("{} pictures are too many for a button; take fewer values").format(axes.count(varied))
         )
     request = jobs.request_of(settings)
     request = dataclasses.replace(request, backend=backend_of(settings))
@@ -213,7 +216,7 @@ class NIM_PT_sweep(Sidebar, bpy.types.Panel):
         _draw_axis(layout.column(align=True), sweep, "second")
         count = axes.count(axes_of(sweep))
         if count > MOST:
-            draw_sentence(layout, context, pgettext_iface("Too many pictures; take fewer steps"), "ERROR")
+            draw_sentence(layout, context, pgettext_iface("Too many pictures; take fewer values"), "ERROR")
         row = layout.row(align=True)
         text = pgettext_iface("Sweep, {} pictures").format(count)
         row.operator("nim.sweep", text=text, icon="RENDER_ANIMATION", translate=False)

@@ -298,7 +298,7 @@ def _shown():
                 "prism",
                 (f"medium={medium}", *SETTINGS[medium], f"view={view}", *light),
                 draft=((240, 180), 32),
-                final=((400, 300), 64),
+                final=((432, 324), 64),
                 photons=None if through else (1 << 20, 1 << 20),
                 spectral=True,
                 caption=f"{NAMES[medium]}, {view}",

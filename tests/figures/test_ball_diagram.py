@@ -66,7 +66,7 @@ def test_the_command_draws_a_ball(tmp_path, capsys):
         ("rays ball --device eaton --core 1.5", ("core = 1.5", "below 1")),
         ("rays ball --n 1.5", ("no medium of one index", "--device")),
         ("rays sphere --device eaton", ("rays ball",)),
-        ("rays bal", ("there is no ray diagram 'bal'", "drop, ball")),
+        ("rays bal", ("there is no ray diagram 'bal'", "ball")),
     ],
 )
 def test_what_is_wrong_is_said_in_one_sentence(line, words, capsys, tmp_path, monkeypatch):

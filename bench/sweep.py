@@ -7,66 +7,50 @@ of many workers by the times that were measured: where the scheduler is too slow
 
 from __future__ import annotations
 
-import functools
 import heapq
 import statistics
 import subprocess
 import sys
 import tempfile
 import time
-from pathlib import Path
-
-import bpy
-
-from nim_addon.base import signals
-from nim_addon.renders.request import Request
-from nim_addon.sweeps import cluster, local, run, state
-from nim_addon.sweeps.plan import Task
 
 COUNT, ROUNDS = 24, 3
+VALUES = "n=-1.1:-2.25:-0.05"  # so many
 SMALL = {"size": (128, 96), "samples": 32, "caustics": "path", "backend": "osl"}
 TINY = {"size": (8, 6), "samples": 1, "caustics": "path", "backend": "nodes"}
 
 
-def tasks(options, count=COUNT):
-    """Spheres of so many indices."""
-    return [Task(Request.of("sphere", {"n": f"{-1.1 - 0.05 * k:.3f}"}, **options)) for k in range(count)]
-
-
-def by(engine, made):
-    """Seconds that an engine takes for tasks, and until the first has ended."""
-    merging = functools.partial(local.carry_out, binary=bpy.app.binary_path)
-    with tempfile.TemporaryDirectory() as name, state.alone(name) as folder:
-        (folder / "plan.jsonl").touch()  # which workers look for
-        started, first = time.monotonic(), []
-        problems = run.carry_out(
-            made, folder, engine, state.State(folder, 0), merging, lambda *_: first.append(time.monotonic() - started)
-        )
-        assert not problems, problems
-        return time.monotonic() - started, first[0]
+def by(options, *words):
+    """Seconds that `nimray sweep` takes with these words, a process, and until its first result."""
+    width, height = options["size"]
+    sweep = ["sweep", "sphere", "--vary", VALUES, "--size", f"{width}x{height}", "--samples", str(options["samples"])]
+    more = ["--caustics", "path", "--backend", options["backend"], "--progress", *words]
+    with tempfile.TemporaryDirectory() as folder:
+        started = time.monotonic()
+        run = [sys.executable, "-m", "nim_addon", *sweep, *more, "--out", folder]
+        process = subprocess.Popen(run, stdout=subprocess.PIPE, text=True)
+        first = next(time.monotonic() - started for line in process.stdout if line.startswith('{"key"'))
+        process.stdout.read()
+        assert process.wait() == 0
+        return time.monotonic() - started, first
 
 
 LOOP = """
-import sys, time
-import bpy
-from nim_addon.sweeps.plan import Task
-from bench_sweep import tasks, SMALL, TINY
-made = tasks({options})
-for task in made:
-    task.request.render(sys.argv[1], task.key)
+import sys
+from nim_addon.base import signals
+from nim_addon.renders.request import Request
+for k in range({count}):
+    made = Request.of("sphere", {{"n": str(round(-1.1 - 0.05 * k, 3))}}, **{options})
+    made.render(sys.argv[1], str(k))
+signals.leave(0)  # Blender as a module may hang as it exits
 """
 
 
 def bare_loop(options):
     """Seconds of the same renders in one process that does nothing else, its start counted in."""
-    code = LOOP.format(options=options).replace(
-        "from bench_sweep", f"sys.path.insert(0, {str(Path(__file__).parent)!r})\nfrom sweep"
-    )
     with tempfile.TemporaryDirectory() as name:
-        started = time.monotonic()
-        subprocess.run(
-            [sys.executable, "-c", code, name], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-        )
+        code, started = LOOP.format(count=COUNT, options=options), time.monotonic()
+        subprocess.run([sys.executable, "-c", code, name], check=True, stdout=subprocess.DEVNULL)
         return time.monotonic() - started
 
 
@@ -96,21 +80,18 @@ def main():
     """Print the ratios."""
     if "scale" in sys.argv:
         return scale()
-    here = functools.partial(local.carry_out, binary=bpy.app.binary_path)
-    two = functools.partial(here, workers=2)
-    dask = cluster.engine("dask", workers=2)
     loops, ours, twos, dasks, firsts = [], [], [], [], []
     for _ in range(ROUNDS):
-        loops.append(bare_loop("SMALL"))
-        took, first = by(here, tasks(SMALL))
+        loops.append(bare_loop(SMALL))
+        took, first = by(SMALL)
         ours.append(took)
         firsts.append(first)
-        twos.append(by(two, tasks(SMALL))[0])
-        dasks.append(by(dask, tasks(SMALL))[0])
+        twos.append(by(SMALL, "--workers", "2")[0])
+        dasks.append(by(SMALL, "--on", "dask", "--workers", "2")[0])
     pairs = [mine / loop for mine, loop in zip(ours, loops, strict=True)]
     beside = [without / with_ for without, with_ in zip(twos, dasks, strict=True)]
-    tiny = [by(here, tasks(TINY))[0] for _ in range(ROUNDS)]
-    loop = [bare_loop("TINY") for _ in range(ROUNDS)]
+    tiny = [by(TINY)[0] for _ in range(ROUNDS)]
+    loop = [bare_loop(TINY) for _ in range(ROUNDS)]
     each = (min(tiny) - min(loop)) / COUNT
     print(
         f"{COUNT} spheres of {SMALL['size'][0]} x {SMALL['size'][1]} pixels, {SMALL['samples']} samples, median of {ROUNDS} pairs"
@@ -124,5 +105,3 @@ def main():
 
 if __name__ == "__main__":
     main()
-    sys.stdout.flush()
-    signals.leave(0)  # Blender as a module may hang as it exits

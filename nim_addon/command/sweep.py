@@ -4,10 +4,12 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import dataclasses
 import functools
 import json
 import os
+import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -22,6 +24,7 @@ from .words import UsageError
 
 if TYPE_CHECKING:
     from ..renders.request import Request
+    from ..sweeps.children import Child
     from ..sweeps.orders import Engine
     from ..sweeps.plan import Task
 
@@ -120,6 +123,23 @@ def run(arguments: argparse.Namespace) -> int | None:
             raise UsageError("--status DIR says how far a sweep is; give it alone.")
         return _say_status(arguments)
     _check(arguments)
+    with contextlib.ExitStack() as stack:
+        return _run(arguments, _started_ahead(arguments, stack))
+
+
+def _started_ahead(arguments, stack) -> Child | None:
+    """A Blender that starts while the plan is made, where it is a module and is going to be needed; it ends with the stack."""
+    if "bpy" in sys.modules or arguments.on != "local" or arguments.plan or arguments.export:
+        return None
+    from ..sweeps.children import Child
+
+    child = Child("")
+    child.start()
+    stack.callback(child.end, for_good=True)
+    return child
+
+
+def _run(arguments, first) -> int | None:
     blender.load()
     from ..figures.quantities import quantity
     from ..sweeps import film, plan
@@ -140,7 +160,7 @@ def run(arguments: argparse.Namespace) -> int | None:
     else:
         tasks = _tasks(arguments)
     if arguments.lines:
-        return _carry_out_lines(tasks, arguments, folder)
+        return _carry_out_lines(tasks, arguments, folder, first)
     with refused():
         plan.check(tasks)
         tasks = list({task.key: task for task in (*tasks, *plan.probes(tasks, measured))}.values())
@@ -158,7 +178,7 @@ def run(arguments: argparse.Namespace) -> int | None:
             return _said([file, *files], arguments)
         if arguments.plan:
             return _said([file], arguments)
-        return _carry_out(tasks, arguments, folder, measured)
+        return _carry_out(tasks, arguments, folder, measured, first)
 
 
 def _say_status(arguments) -> None:
@@ -285,7 +305,7 @@ def _moments(task, arguments) -> Iterator[Task]:
 # ------------------------------------------------------------------------------------------------ the act
 
 
-def _engine(arguments) -> Engine:
+def _engine(arguments, first) -> Engine:
     import bpy
 
     from ..sweeps import local
@@ -293,7 +313,11 @@ def _engine(arguments) -> Engine:
     place, _, address = arguments.on.partition("=")
     if place == "local":
         return functools.partial(
-            local.carry_out, binary=bpy.app.binary_path, workers=arguments.workers or 1, mixed=arguments.mixed
+            local.carry_out,
+            binary=bpy.app.binary_path,
+            workers=arguments.workers or 1,
+            mixed=arguments.mixed,
+            first=first,
         )
     from ..sweeps import cluster
 
@@ -316,19 +340,19 @@ def _local(arguments):
     return functools.partial(local.carry_out, binary=bpy.app.binary_path, mixed=arguments.mixed)
 
 
-def _carry_out(tasks, arguments, folder, measured) -> int | None:
+def _carry_out(tasks, arguments, folder, measured, first) -> int | None:
     from ..sweeps import run as act
     from ..sweeps.state import State
 
     state = State(folder, 0)
     with Board(state, quiet=arguments.quiet, progress=arguments.progress) as board:
-        problems = act.carry_out(tasks, folder, _engine(arguments), state, _local(arguments), board.ended)
+        problems = act.carry_out(tasks, folder, _engine(arguments, first), state, _local(arguments), board.ended)
         files, other = act.collect(tasks, folder, measured, film=arguments.film, fps=arguments.fps or FPS)
         board.end(files)
     return _verdict(problems, other if not arguments.mixed else [])
 
 
-def _carry_out_lines(tasks, arguments, folder) -> int | None:
+def _carry_out_lines(tasks, arguments, folder, spare) -> int | None:
     """Render some of the tasks of a plan for whoever has parted it."""
     from ..sweeps import run as act
     from ..sweeps.state import State
@@ -338,7 +362,7 @@ def _carry_out_lines(tasks, arguments, folder) -> int | None:
         raise UsageError(f"--lines {first}-{last}: the plan has {len(tasks)}.")
     state = State(folder, 0, kept=False)
     with Board(state, quiet=arguments.quiet, progress=arguments.progress) as board:
-        problems = act.render(tasks[first - 1 : last], folder, _engine(arguments), state, board.ended)
+        problems = act.render(tasks[first - 1 : last], folder, _engine(arguments, spare), state, board.ended)
     return _verdict(problems, [])
 
 

@@ -23,12 +23,14 @@ def carry_out(
     binary: str,
     workers: int = 1,
     mixed: bool = False,
+    first: Child | None = None,
 ) -> Iterator[tuple[Order, Outcome]]:
     """Carry out orders, which end in any order; one that fails is tried anew, and what is yielded is how it went at last.
 
     binary:  as children.Child has it
     workers: how many Blenders render side by side
     mixed:   whether this Blender may be another than the plan is for
+    first:   one of them, that was started before
     Where the iterator is closed, all of them end.
     """
     waiting: queue.SimpleQueue[tuple[Order, int] | None] = queue.SimpleQueue()
@@ -37,7 +39,7 @@ def carry_out(
     threads = 0 if workers == 1 else max(1, (os.cpu_count() or 1) // workers)
     for order in orders:
         waiting.put((order, 1))
-    children = [Child(binary) for _ in range(workers)]
+    children = [first or Child(binary), *(Child(binary) for _ in range(workers - 1))]
 
     def work(name: str, child: Child) -> None:
         try:

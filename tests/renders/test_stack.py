@@ -3,10 +3,12 @@
 
 import dataclasses
 
+import bpy
 import numpy as np
 import OpenImageIO as oiio
 import pytest
 
+from nim_addon.base.streams import quiet
 from nim_addon.cycles import spectral_images, wavelength
 from nim_addon.cycles.images import read_metadata
 from nim_addon.figures.measure import blocks
@@ -21,7 +23,9 @@ NM = (450.0, 550.0, 600.0, 650.0)
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
-    """A stack of the sphere, and its folder."""
+    """A stack of the sphere, and its folder, in a file in which nobody has set a wavelength before."""
+    with quiet():
+        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     one = Stack(Request.of("sphere", ["n=n-bk7"], **SMALL), NM[::-1], Region(4, 5, 8, 6))
     return one, one.render(tmp_path_factory.mktemp("stack"), "s")
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from ..base.streams import opened
 from ..base.text import duration, printable
+from ..sweeps.state import SAMPLE
 from .report import Bar, note
 
 if TYPE_CHECKING:
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
 
 EVERY = 0.25  # seconds between two looks
 MOST_LINES = 12  # of workers
-SAMPLE = 3  # tasks after which the time is told
 
 
 class Board:

@@ -13,7 +13,8 @@ import bpy
 
 from ..base.files import whole
 from ..base.processes import PACKAGE
-from .plan import FILE, Task
+from . import PLAN
+from .plan import Task
 
 CHUNK = 8  # tasks of a job, where nobody says
 
@@ -51,7 +52,7 @@ def _slurm(folder, count, chunk, options, words):
     nimray = (
         f"export PYTHONPATH={shlex.quote(str(PACKAGE.parent))}${{PYTHONPATH:+:$PYTHONPATH}}\n{shlex.join(command())}"
     )
-    plan = shlex.quote(str(folder / FILE))
+    plan = shlex.quote(str(folder / PLAN))
     more = "".join(f"#SBATCH {option}\n" for option in options)
     last = -(-count // chunk) - 1
     array = (
@@ -76,7 +77,7 @@ def _slurm(folder, count, chunk, options, words):
 
 def _openjd(folder, count, chunk, words):
     run, *first = command()
-    sweep = [*first, "sweep", "{{Param.Folder}}/" + FILE]
+    sweep = [*first, "sweep", "{{Param.Folder}}/" + PLAN]
     environment = {"name": "Package", "variables": {"PYTHONPATH": str(PACKAGE.parent)}}
     step = {
         "name": "Render",

@@ -22,8 +22,8 @@ from ..figures import quantities  # whose probes a plan may have
 from ..renders.asked import known
 from ..renders.request import Request, digest
 from ..scenes import SCENES, scene_type
+from . import PLAN
 
-FILE = "plan.jsonl"
 # What of a render may be varied beside its scene's own parameters, and what each value is read as.
 OPTIONS = {
     "samples": int,
@@ -168,7 +168,7 @@ def probes(tasks: Iterable[Task], names: Iterable[str]) -> list[Task]:
 
 def write(folder: str | Path, tasks: Iterable[Task]) -> Path:
     """Write the plan of these tasks to a folder; returns the file. What it replaces is kept as plan.former.jsonl."""
-    file = Path(folder).expanduser() / FILE
+    file = Path(folder).expanduser() / PLAN
     text = "".join(json.dumps(task.record()) + "\n" for task in tasks)
 
     def save(part: Path) -> None:

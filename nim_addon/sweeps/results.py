@@ -14,9 +14,8 @@ from typing import NamedTuple
 
 from ..base import records
 from ..base.files import whole
+from . import IMAGES
 from .plan import Task
-
-IMAGES = "images"
 
 
 class Made(NamedTuple):
@@ -49,15 +48,12 @@ def finish(folder: str | Path, task: Task, made: Made) -> None:
 
 def made(folder: str | Path, task: Task) -> Made | None:
     """How a task was carried out; None where it is not done."""
-    return _read(folder_of(folder, task) / f"{task.key}.json", task.key, image_of(folder, task), bool(task.part))
-
-
-def _read(file, key, image, is_part):
+    stem = folder_of(folder, task) / task.key
     try:
-        found = Made(**records.parse(file.read_text(encoding="utf-8")))
+        found = Made(**records.parse(stem.with_suffix(".json").read_text(encoding="utf-8")))
     except (OSError, ValueError, TypeError):
         return None
-    files = [image.with_name(f"{key}.exr")] if is_part else [image, image.with_suffix(".png")]
+    files = [stem.with_suffix(suffix) for suffix in ((".exr",) if task.part else (".exr", ".png"))]
     return found if all(file.is_file() for file in files) else None
 
 

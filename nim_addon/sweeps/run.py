@@ -13,9 +13,7 @@ from . import page, results, sheet, table
 from .children import Outcome
 from .orders import Engine, Order
 from .plan import Task, pictures
-from .state import State
-
-SAMPLE = 3  # orders by which the time is told that all of them take
+from .state import SAMPLE, State
 
 Ended = Callable[[Order, Outcome], object]
 
@@ -55,7 +53,7 @@ def _carry_out(orders, folder, engine, state, ended):
     state.total += len(orders)
     problems = []
     for order, outcome in engine(orders, folder, state) if orders else ():
-        state.ended(outcome.seconds, outcome.problem)
+        state.ended(outcome.problem)
         if outcome.problem:
             problems.append(Problem(order.task, outcome.problem))
         if ended:

@@ -11,10 +11,13 @@ import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ..base import records
 from ..base.files import whole, writable_folder
-from .orders import Order
+
+if TYPE_CHECKING:
+    from .orders import Order  # which needs Blender, as who asks how far a sweep is does not
 
 try:
     import fcntl
@@ -22,6 +25,7 @@ except ImportError:  # on Windows nothing tells a dead process' lock from a livi
     fcntl = None
 
 FILE, LOCK = "state.json", ".lock"
+SAMPLE = 3  # orders by which the time is told that all of them take
 EVERY = 1.0  # seconds between two looks at the file
 
 
@@ -33,7 +37,6 @@ class State:
         self.done, self.failed = 0, 0
         self.started = time.monotonic()
         self._workers: dict[str, dict] = {}
-        self._spent: list[float] = []  # seconds of each order that has ended
         self._written, self._lock = 0.0, threading.Lock()
 
     def began(self, worker: str, order: Order) -> None:
@@ -48,11 +51,10 @@ class State:
             self._workers[worker] = {"task": order.task.title, "done": done, "total": total}
         self.write()
 
-    def ended(self, seconds: float, problem: str | None) -> None:
+    def ended(self, problem: str | None) -> None:
         """An order has ended."""
         with self._lock:
             self.done, self.failed = self.done + (problem is None), self.failed + (problem is not None)
-            self._spent.append(seconds)
         self.write()
 
     def left(self) -> float | None:

@@ -7,9 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..base import records
-from . import state
-
-PLAN, IMAGES = "plan.jsonl", "images"
+from . import IMAGES, PLAN, state
 
 
 class Status(NamedTuple):

@@ -12,6 +12,7 @@ import threading
 import time
 from pathlib import Path
 
+from . import PLAN
 from .children import Child
 
 TOPIC = "nimray"  # of the events that tell how far a worker is
@@ -29,7 +30,7 @@ def carry_out(text: str) -> str:
     order = json.loads(text)
     worker = get_worker()
     key = order["task"]["key"]
-    if not (Path(order["folder"]) / "plan.jsonl").is_file():
+    if not (Path(order["folder"]) / PLAN).is_file():
         problem = f"the worker {worker.name} does not see {order['folder']}; name a folder with --out that all machines share."
         return json.dumps({"key": key, "seconds": 0.0, "problem": problem, "again": False})
     _child = child = _child or Child("")

@@ -63,6 +63,11 @@ def test_a_sweep_from_words_to_page(nimray, tmp_path):
         assert done.returncode == 0 and said[-2]["total"] == 0 and "files" in said[-1], done.stderr
 
 
+def test_how_far_a_sweep_is_is_said_without_blender():
+    code = "import sys; from nim_addon.sweeps import status, worker; sys.exit('bpy' in sys.modules)"
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=ROOT)
+
+
 def test_what_a_plan_holds(nimray, tmp_path):
     (tmp_path / "rows.csv").write_text("mu\n-1\n-10\n")
     words = ("--vary", "n=-2,-1", "--csv", "rows.csv", "--wavelengths", "450:550:100", "--split", 2, "--plan", *SMALL)

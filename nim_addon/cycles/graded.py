@@ -22,7 +22,7 @@ from .closures import GRADED_BALL, GRADED_CORE, Closure, closure_of_node
 from .closures.backends import resolve
 from .closures.formulas import Sheet, Value, minimum
 from .closures.graded_ball import RADIUS, entry
-from .nodes import empty_tree
+from .surface import surface_material
 
 # The custom property of a group, and of its table: the profile as JSON, "" of a function that no text tells.
 CONTENT = "nim_profile"
@@ -73,15 +73,13 @@ def _material(name, profile, backend, radius):
     if not RADIUS.min < radius <= RADIUS.max:
         raise ValueError(f"radius = {radius!r} of a graded ball is out of range; give a number above 0, such as 1.0.")
     group(profile, backend)  # raises, if it must, before there is a material
-    material = bpy.data.materials.new(name)
-    tree = empty_tree(material)
-    node = profile_node(tree, profile, backend=backend)
-    node.inputs[RADIUS.name].default_value = radius
-    output = tree.nodes.new("ShaderNodeOutputMaterial")
-    output.location = (300, 0)
-    tree.links.new(node.outputs["BSDF"], output.inputs["Surface"])
-    material.diffuse_color = (0.9, 0.6, 0.35, 0.5) if profile.n == "magnifier" else (0.5, 0.7, 0.9, 0.5)
-    return material
+
+    def make(tree: bpy.types.NodeTree) -> bpy.types.Node:
+        node = profile_node(tree, profile, backend=backend)
+        node.inputs[RADIUS.name].default_value = radius
+        return node
+
+    return surface_material(name, make, bends_backwards=profile.n == "magnifier")
 
 
 def profile_node(tree: bpy.types.NodeTree, profile: Profile, *, backend: str = "auto") -> bpy.types.Node:

@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 
 import bpy
 
 from ..physics.lenslet import LensletWindow
 from .closures import LENSLET_WINDOW
 from .material import number_of
-from .nodes import empty_tree
+from .surface import surface_material
 
 NUMBERS = ("Eta U", "Eta V", "Offset U", "Offset V", "Aperture", "Losses")
 
@@ -28,14 +29,8 @@ def lenslet_material(name: str, window: LensletWindow, *, backend: str = "auto")
     """
     _check(window)
     LENSLET_WINDOW.group(backend)  # raises, if it must, before there is a material
-    material = bpy.data.materials.new(name)
-    tree = empty_tree(material)
-    node = lenslet_node(tree, window, backend=backend)
-    output = tree.nodes.new("ShaderNodeOutputMaterial")
-    output.location = (300, 0)
-    tree.links.new(node.outputs["BSDF"], output.inputs["Surface"])
-    material.diffuse_color = (0.9, 0.6, 0.35, 0.5) if min(window.eta) < 0 else (0.5, 0.7, 0.9, 0.5)
-    return material
+    make = functools.partial(lenslet_node, window=window, backend=backend)
+    return surface_material(name, make, bends_backwards=min(window.eta) < 0)
 
 
 def lenslet_node(tree: bpy.types.NodeTree, window: LensletWindow, *, backend: str = "auto") -> bpy.types.Node:

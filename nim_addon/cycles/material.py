@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import math
 from collections.abc import Sequence
 
@@ -15,7 +16,7 @@ from ..physics.media import LEAST_MAGNITUDE, MOST_MAGNITUDE
 from . import absorption, closures, dispersive, graded
 from .closures import INTERFACE, closure_of_node
 from .closures.backends import osl_available, resolve
-from .nodes import empty_tree
+from .surface import surface_material
 from .visibility import Asked, asked, is_interface, value_of
 
 __all__ = [
@@ -71,18 +72,14 @@ def interface_material(
     if not 0 <= roughness <= 1:
         raise ValueError(f"roughness = {roughness!r} is out of range; give a number from 0, smooth, to 1.")
     INTERFACE.group(backend)  # raises, if it must, before there is a material
-    material = bpy.data.materials.new(name)
-    tree = empty_tree(material)
-    node = interface_node(tree, inside, outside, backend=backend)
-    output = tree.nodes.new("ShaderNodeOutputMaterial")
-    output.location = (300, 0)
-    tree.links.new(node.outputs["BSDF"], output.inputs["Surface"])
+    make = functools.partial(interface_node, inside=inside, outside=outside, backend=backend)
+    # how solid view shows it: NIMs warm, dielectrics cool
+    material = surface_material(name, make, bends_backwards=inside.is_nim or outside.is_nim)
+    (node,) = interface_nodes(material)
     node.inputs["Tint"].default_value = (*tint, 1.0)
     node.inputs["Roughness"].default_value = roughness
     if volume and absorption.absorbs(inside):
-        absorb_by_volume(node, output)
-    # how solid view shows it: NIMs warm, dielectrics cool
-    material.diffuse_color = (0.9, 0.6, 0.35, 0.5) if inside.is_nim or outside.is_nim else (0.5, 0.7, 0.9, 0.5)
+        absorb_by_volume(node, material.node_tree.get_output_node("ALL"))
     return material
 
 

@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 
 import bpy
 
 from ..physics.uniaxial import UniaxialSlab
 from .closures import UNIAXIAL_SLAB
 from .material import number_of
-from .nodes import empty_tree
+from .surface import surface_material
 
 NUMBERS = ("Permittivity Across", "Permittivity Along", "Thickness")
 
@@ -29,14 +30,8 @@ def slab_material(name: str, slab: UniaxialSlab, *, backend: str = "auto") -> bp
     """
     _check(slab)
     UNIAXIAL_SLAB.group(backend)  # raises, if it must, before there is a material
-    material = bpy.data.materials.new(name)
-    tree = empty_tree(material)
-    node = slab_node(tree, slab, backend=backend)
-    output = tree.nodes.new("ShaderNodeOutputMaterial")
-    output.location = (300, 0)
-    tree.links.new(node.outputs["BSDF"], output.inputs["Surface"])
-    material.diffuse_color = (0.9, 0.6, 0.35, 0.5) if slab.is_hyperbolic else (0.5, 0.7, 0.9, 0.5)
-    return material
+    make = functools.partial(slab_node, slab=slab, backend=backend)
+    return surface_material(name, make, bends_backwards=slab.is_hyperbolic)
 
 
 def slab_node(tree: bpy.types.NodeTree, slab: UniaxialSlab, *, backend: str = "auto") -> bpy.types.Node:

@@ -3,8 +3,8 @@
 
   .venv/bin/python docs/make_gallery.py FOLDER [FOLDER ...]
 
-Each figure is taken from the first of the folders that has it. What stands above PAGE_MARK in the page is written by hand
-and kept.
+Each figure is taken from the first of the folders that has it; one that none of them has stays on the page as it is, and so
+does what stands above PAGE_MARK, which is written by hand.
 """
 
 import json
@@ -33,17 +33,18 @@ def main(folders: list[str]) -> int:
     if not records:
         print("make_gallery.py: no figure-*.json there; give a folder that `nimray figures` wrote.", file=sys.stderr)
         return 2
-    by_hand, mark, _ = PAGE.read_text(encoding="utf-8").partition(PAGE_MARK)
+    by_hand, mark, made = PAGE.read_text(encoding="utf-8").partition(PAGE_MARK)
     if not mark:
         print(f"make_gallery.py: {PAGE.name} has lost its mark, {PAGE_MARK!r}.", file=sys.stderr)
         return 1
-    chosen = [records[number] for number in sorted(records, key=in_order)]
     for old in IMAGES.glob("figure-*.*"):
         if old.stem.removeprefix("figure-") in records:
             old.unlink()
-    parts = [f"{by_hand}{PAGE_MARK}\n\n{_sum([record for _, record in chosen])}"]
-    parts += [_section(record, _picture(folder, record)) for folder, record in chosen]
-    PAGE.write_text("\n".join(parts), encoding="utf-8")
+    sections = dict(re.findall(r"^(## (\S+) .*?)(?=^## |\Z)", made, re.DOTALL | re.MULTILINE))
+    sections = {number: section.rstrip() + "\n" for section, number in sections.items()}
+    sections |= {number: _section(record, _picture(folder, record)) for number, (folder, record) in records.items()}
+    chosen = [sections[number] for number in sorted(sections, key=in_order)]
+    PAGE.write_text("\n".join([f"{by_hand}{PAGE_MARK}\n\n{_sum(chosen)}", *chosen]), encoding="utf-8")
     return 0
 
 
@@ -79,11 +80,11 @@ def _picture(folder, record):
     raise OSError(f"{target.name} stays heavier than {HEAVIEST} bytes.")
 
 
-def _sum(records):
-    claims = [claim for record in records for claim in record["claims"]]
-    failed = sum(not claim["holds"] for claim in claims)
-    verdict = f"{failed} of {len(claims)} claims fail" if failed else f"all {len(claims)} claims hold"
-    return f"{len(records)} figures; {verdict}.\n"
+def _sum(sections):
+    summaries = re.findall(r"^<summary>(\d+) claims, (?:all hold|(\d+) FAIL)</summary>$", "\n".join(sections), re.MULTILINE)
+    claims, failed = (sum(int(number or 0) for number in numbers) for numbers in zip(*summaries, strict=True))
+    verdict = f"{failed} of {claims} claims fail" if failed else f"all {claims} claims hold"
+    return f"{len(sections)} figures; {verdict}.\n"
 
 
 def _section(record, picture):

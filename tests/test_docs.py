@@ -187,6 +187,16 @@ def test_the_gallery_is_written_from_the_records_of_runs(gallery, tmp_path):
     assert (tmp_path / "figure-5.10.jpg").stat().st_size < HEAVIEST
 
 
+def test_a_figure_that_is_made_anew_leaves_the_others_on_the_page(gallery, tmp_path):
+    assert gallery.main([run_of(tmp_path / "a", "5.10", 1.0), run_of(tmp_path / "b", "5.9", 3.0)]) == 0
+    before = gallery.PAGE.read_text(encoding="utf-8")
+    assert gallery.main([run_of(tmp_path / "b", "5.9", 3.0)]) == 0
+    assert gallery.PAGE.read_text(encoding="utf-8") == before
+    assert gallery.main([run_of(tmp_path / "b", "5.9", 1.0)]) == 0
+    text = gallery.PAGE.read_text(encoding="utf-8")
+    assert "2 figures; all 2 claims hold." in text and text.count("## 5.") == 2 and text.index("5.9") < text.index("5.10")
+
+
 def test_a_folder_without_figures_leaves_the_gallery_as_it_is(gallery, tmp_path, capsys):
     assert gallery.main([tmp_path]) == 2
     assert "nimray figures" in capsys.readouterr().err and "Old." in gallery.PAGE.read_text(encoding="utf-8")

@@ -81,7 +81,9 @@ def _picture(folder, record):
 
 
 def _sum(sections):
-    summaries = re.findall(r"^<summary>(\d+) claims, (?:all hold|(\d+) FAIL)</summary>$", "\n".join(sections), re.MULTILINE)
+    summaries = re.findall(
+        r"^<summary>(\d+) claims, (?:all hold|(\d+) FAIL)</summary>$", "\n".join(sections), re.MULTILINE
+    )
     claims, failed = (sum(int(number or 0) for number in numbers) for numbers in zip(*summaries, strict=True))
     verdict = f"{failed} of {claims} claims fail" if failed else f"all {claims} claims hold"
     return f"{len(sections)} figures; {verdict}.\n"

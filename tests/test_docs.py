@@ -194,7 +194,9 @@ def test_a_figure_that_is_made_anew_leaves_the_others_on_the_page(gallery, tmp_p
     assert gallery.PAGE.read_text(encoding="utf-8") == before
     assert gallery.main([run_of(tmp_path / "b", "5.9", 1.0)]) == 0
     text = gallery.PAGE.read_text(encoding="utf-8")
-    assert "2 figures; all 2 claims hold." in text and text.count("## 5.") == 2 and text.index("5.9") < text.index("5.10")
+    assert (
+        "2 figures; all 2 claims hold." in text and text.count("## 5.") == 2 and text.index("5.9") < text.index("5.10")
+    )
 
 
 def test_a_folder_without_figures_leaves_the_gallery_as_it_is(gallery, tmp_path, capsys):

@@ -14,7 +14,7 @@ from latex2mathml.converter import convert
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-project = "NIM for Blender"
+project = "Negative-Index Materials"
 release = tomllib.loads((ROOT / "nim_addon" / "blender_manifest.toml").read_text(encoding="utf-8"))["version"]
 extensions = ["myst_parser", "sphinx.ext.autodoc"]
 exclude_patterns = ["press", "images"]

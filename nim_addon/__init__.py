@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""NIM for Blender: negative-index materials, rendered with Cycles by the physics."""
+"""Negative-Index Materials: light bent the wrong way, rendered with Cycles by the physics."""
 
 from .base.version import VERSION as __version__  # noqa: F401
 

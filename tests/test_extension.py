@@ -5,12 +5,14 @@ import importlib.util
 import os
 import subprocess
 import sys
+import tomllib
 import zipfile
 from pathlib import Path
 
 import pytest
 
 import nim_addon
+from nim_addon.ui import assets
 
 ROOT = Path(__file__).parents[1]
 spec = importlib.util.spec_from_file_location("build", ROOT / "build.py")
@@ -104,6 +106,17 @@ def plain_python(script, *words, folder, python=sys.executable):
         env=environment,
         timeout=120,
     )
+
+
+def test_it_has_one_name_wherever_that_stands_and_not_that_of_the_program():
+    manifest = tomllib.loads((ROOT / "nim_addon" / "blender_manifest.toml").read_text(encoding="utf-8"))
+    name = manifest["name"]
+    assert "blender" not in name.lower() and manifest["id"] == "nim_addon"
+    assert name == assets.NAME
+    assert (ROOT / "README.md").read_text(encoding="utf-8").startswith(f"# {name}\n")
+    assert (ROOT / "docs" / "index.md").read_text(encoding="utf-8").startswith(f"# {name}\n")
+    assert f'title: "{name}: ' in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert f'project = "{name}"' in (ROOT / "docs" / "conf.py").read_text(encoding="utf-8")
 
 
 @pytest.fixture(scope="module")

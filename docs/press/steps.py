@@ -343,7 +343,7 @@ def assets():
     show("ASSETS")
 
     def choose():
-        lab.area("FILE_BROWSER").spaces.active.params.asset_library_reference = "NIM for Blender"
+        lab.area("FILE_BROWSER").spaces.active.params.asset_library_reference = "Negative-Index Materials"
 
     soon(choose)
 

@@ -49,7 +49,7 @@ def _hindrance(group: bpy.types.NodeTree, closure: Closure) -> str | None:
     if group.library:
         return f"is linked from {bpy.path.basename(group.library.filepath)}: open that file, and save it."
     if version_of(group) > closure.version:
-        return "was made by a later version of NIM for Blender: install that one to change it."
+        return "was made by a later version of this add-on: install that one to change it."
     if closure.backend_of(group) == "osl" and not backends.osl_available() and closure.needs_compiling(group):
         return "holds an earlier shader, which only a Blender with OSL can compile: open the file there."
     return None

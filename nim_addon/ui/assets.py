@@ -6,7 +6,7 @@ from pathlib import Path
 import bpy
 from bpy.app.translations import pgettext_rpt as rpt_
 
-NAME = "NIM for Blender"
+NAME = "Negative-Index Materials"
 FOLDER = Path(__file__).resolve().parents[1] / "assets"
 
 

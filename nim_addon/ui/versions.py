@@ -35,7 +35,7 @@ class NIM_OT_update_file(bpy.types.Operator):
 def update_opened_file(*_) -> None:
     """Called by Blender after it opened a file; does nothing, and takes no time, where all is up to date."""
     for sentence in versions.update().left_alone:
-        print(f"NIM for Blender: {sentence}")
+        print(f"Negative-Index Materials: {sentence}")
 
 
 _groups = 0  # how many there were when they were last looked through

@@ -59,7 +59,7 @@ NOT_SHOWN = {
     "Filter Width": "socket",
     "Workbench": "name of an engine, the same in every language",
     "Cycles": "name of an engine, the same in every language",
-    "NIM for Blender": "name of the add-on and its asset library",
+    "Negative-Index Materials": "name of the add-on and its asset library",
     "NIM Light Paths": "name of a collection",
     "Error": "looked for in the log of a second Blender",
     "Rs": "label within the picture of the curve",

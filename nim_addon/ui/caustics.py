@@ -42,7 +42,7 @@ class NIM_PT_caustics(Sidebar, bpy.types.Panel):
 
     bl_idname = "NIM_PT_caustics"
     bl_label = "Caustics"
-    bl_order = 15
+    bl_order = 20
 
     def draw(self, context):
         layout = self.layout

@@ -266,13 +266,17 @@ class NIM_PT_convert(Sidebar, bpy.types.Panel):
 
     bl_idname = "NIM_PT_convert"
     bl_label = "Material"
-    bl_order = 1
+    bl_order = 0
 
     def draw(self, context):
         """Draw its media and what they do, and the two buttons."""
         layout = self.layout
         object_ = context.object
         material = object_.active_material if object_ and object_.type == "MESH" else None
+        if object_ and object_.type == "MESH" and len(object_.material_slots) > 1:
+            layout.template_list(
+                "MATERIAL_UL_matslots", "", object_, "material_slots", object_, "active_material_index", rows=2
+            )
         if object_ is None or object_.type != "MESH":
             layout.label(text="Select a mesh object", icon="INFO")
         elif material is None or active_node(material) is None:

@@ -408,7 +408,7 @@ CLASSES = (
     NIM_OT_cancel_render,
     NIM_OT_open_result,
     NIM_OT_open_folder,
-    NIM_PT_jobs,
+    *scenes.open_and_folded(NIM_PT_jobs),
 )
 
 

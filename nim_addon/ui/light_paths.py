@@ -85,7 +85,7 @@ class NIM_PT_light_paths(Sidebar, bpy.types.Panel):
 
     bl_idname = "NIM_PT_light_paths"
     bl_label = "Light Paths"
-    bl_order = 20
+    bl_order = 30
 
     def draw(self, context):
         settings = context.scene.nim_rays

@@ -11,6 +11,7 @@ from bpy.app.translations import pgettext_iface, pgettext_rpt
 
 from ..scenes import SCENES
 from ..scenes import stage as stages
+from . import warnings
 from .panels import Sidebar, draw_sentence
 from .presets import MENUS
 from .scene_settings import (
@@ -185,12 +186,35 @@ def _draw_field(layout, group, field):
         layout.prop(group, f"{name}_file")
 
 
+def begins_here(context: bpy.types.Context) -> bool:
+    """Whether the example scenes are what a person works with: no interface is in the scene yet, or it is one of them."""
+    if context.scene.get(stages.STAGE_MARK):
+        return True
+    known = warnings.known(context.scene)
+    return known is not None and not known.backends
+
+
+def open_and_folded(panel: type[bpy.types.Panel]) -> tuple[type[bpy.types.Panel], type[bpy.types.Panel]]:
+    """A panel of the example scenes twice, not registered yet: as it is where begins_here(), else with its parts folded.
+
+    Blender has no way to fold or open a panel that has been drawn once, and keeps for each of the two what a person did.
+    """
+    content = {name: value for name, value in vars(panel).items() if name not in ("__dict__", "__weakref__")}
+    content["bl_idname"] = f"{panel.bl_idname}_folded"
+    content["bl_options"] = {"DEFAULT_CLOSED"}
+    if hasattr(panel, "bl_parent_id"):
+        content["bl_parent_id"] = f"{panel.bl_parent_id}_folded"
+    content["poll"] = classmethod(lambda cls, context: not begins_here(context))
+    panel.poll = classmethod(lambda cls, context: begins_here(context))
+    return panel, type(content["bl_idname"], panel.__bases__, content)
+
+
 class NIM_PT_scenes(Sidebar, bpy.types.Panel):
     """Choose a scene, set it, build it."""
 
     bl_idname = "NIM_PT_scenes"
-    bl_label = "Scenes"
-    bl_order = 0
+    bl_label = "Example Scenes"
+    bl_order = 90
 
     def draw(self, context):
         layout = self.layout
@@ -224,4 +248,4 @@ class NIM_PT_scenes(Sidebar, bpy.types.Panel):
         layout.operator("nim.copy_command", icon="COPYDOWN")
 
 
-CLASSES = (NIM_OT_build_scene, NIM_OT_copy_command, NIM_PT_scenes)
+CLASSES = (NIM_OT_build_scene, NIM_OT_copy_command, *open_and_folded(NIM_PT_scenes))

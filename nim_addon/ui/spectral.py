@@ -64,7 +64,7 @@ class NIM_PT_spectral(Sidebar, bpy.types.Panel):
 
     bl_idname = "NIM_PT_spectral"
     bl_label = "Spectral"
-    bl_order = 3
+    bl_order = 40
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context):

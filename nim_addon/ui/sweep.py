@@ -223,7 +223,7 @@ class NIM_PT_sweep(Sidebar, bpy.types.Panel):
         row.operator("nim.open_sweep", text="", icon="URL")
 
 
-CLASSES = (NIM_PG_sweep, NIM_OT_sweep, NIM_OT_open_sweep, NIM_PT_sweep)
+CLASSES = (NIM_PG_sweep, NIM_OT_sweep, NIM_OT_open_sweep, *scenes.open_and_folded(NIM_PT_sweep))
 
 
 def register():

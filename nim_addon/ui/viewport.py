@@ -81,7 +81,7 @@ class NIM_PT_checks(Sidebar, bpy.types.Panel):
 
     bl_idname = "NIM_PT_checks"
     bl_label = "Checks"
-    bl_order = 2
+    bl_order = 10
 
     def draw(self, context):
         """Draw what is wrong, or that nothing is."""

@@ -39,7 +39,8 @@ def traces():
     for kind in ("Scene", "Material", "Object", "World", "WindowManager", "Collection", "Mesh", "NodeTree"):
         found |= {(kind, p) for p in getattr(bpy.types, kind).bl_rna.properties.keys() if p.startswith("nim")}
     keys = bpy.context.window_manager.keyconfigs.addon
-    found |= {item.idname for keymap in (keys.keymaps if keys else ()) for item in keymap.keymap_items if "nim" in item.idname}
+    items = [item for keymap in (keys.keymaps if keys else ()) for item in keymap.keymap_items]
+    found |= {item.idname for item in items if "nim" in item.idname or "NIM" in getattr(item.properties, "name", "")}
     return found
 
 

@@ -15,6 +15,7 @@ from . import (
     light_settings,
     material,
     material_values,
+    menus,
     preferences,
     presets,
     scene_settings,
@@ -49,6 +50,7 @@ MODULES = (
     caustics,
     light_settings,
     light_paths,
+    menus,
     assets,
 )
 

@@ -49,5 +49,5 @@ class NIM_OT_add_flat_lens(ObjectAddition, bpy.types.Operator):
 
 
 OBJECTS = (Entry("nim.add_flat_lens", NAME, "MOD_SOLIDIFY"),)
-NODES = (Entry("nim.add_node", NAME, values={"medium": "custom", "n": -1.0, "mu": 1.0}),)
+NODES = (Entry("nim.add_node", NAME, "MOD_SOLIDIFY", values={"medium": "custom", "n": -1.0, "mu": 1.0}),)
 CLASSES = (NIM_OT_add_flat_lens,)

@@ -141,5 +141,5 @@ class NIM_OT_add_graded_ball_node(BallChoice, NodeAddition, bpy.types.Operator):
 
 
 OBJECTS = (Entry("nim.add_graded_ball", NAME, "SHADING_RENDERED"),)
-NODES = (Entry("nim.add_graded_ball_node", NAME),)
+NODES = (Entry("nim.add_graded_ball_node", NAME, "SHADING_RENDERED"),)
 CLASSES = (NIM_OT_add_graded_ball, NIM_OT_add_graded_ball_node)

@@ -129,11 +129,11 @@ class NIM_OT_add_object(ObjectAddition, bpy.types.Operator):
 
 def _media(names):
     items = {item[0]: item[1] for item in MEDIUM_ITEMS}
-    return tuple(Entry("nim.add_node", items[name], values={"medium": name}) for name in names)
+    return tuple(Entry("nim.add_node", items[name], "NODE_MATERIAL", values={"medium": name}) for name in names)
 
 
 OBJECTS = tuple(Entry("nim.add_object", name, icon, {"shape": shape}) for shape, name, _, icon, _ in SHAPE_ITEMS)
-NODES = (Entry("nim.add_node", "Interface", values={"medium": "nim-1.5"}),)
+NODES = (Entry("nim.add_node", "Interface", "MATERIAL", values={"medium": "nim-1.5"}),)
 # The media of one index, beside which it stands, the NIMs first; then the others.
 MEDIA_NODES = (
     _media(sorted((name for name in MEDIUM_NUMBERS if name != "air"), key=lambda name: not MEDIA[name].is_nim)),

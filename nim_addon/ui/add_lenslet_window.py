@@ -90,5 +90,5 @@ class NIM_OT_add_lenslet_node(NodeAddition, bpy.types.Operator):
 
 
 OBJECTS = (Entry("nim.add_lenslet_window", NAME, "MESH_GRID"),)
-NODES = (Entry("nim.add_lenslet_node", NAME),)
+NODES = (Entry("nim.add_lenslet_node", NAME, "MESH_GRID"),)
 CLASSES = (NIM_OT_add_lenslet_window, NIM_OT_add_lenslet_node)

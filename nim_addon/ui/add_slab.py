@@ -85,5 +85,5 @@ def _told(operator):
 
 
 OBJECTS = (Entry("nim.add_slab", NAME, "MESH_PLANE"),)
-NODES = (Entry("nim.add_slab_node", NAME),)
+NODES = (Entry("nim.add_slab_node", NAME, "MESH_PLANE"),)
 CLASSES = (NIM_OT_add_slab, NIM_OT_add_slab_node)

@@ -291,24 +291,16 @@ class NIM_PT_convert(Sidebar, bpy.types.Panel):
         column.operator("nim.revert", icon="LOOP_BACK")
 
 
-def _menu(self, context):
-    self.layout.separator()
-    self.layout.operator("nim.convert", icon="MATERIAL")
-    self.layout.operator("nim.revert", icon="LOOP_BACK")
-
-
 CLASSES = (NIM_PG_former_slot, NIM_PG_object, NIM_OT_convert, NIM_OT_revert, NIM_PT_convert)
 
 
 def register():
-    """Give each object its NIM_PG_object, and the Object menu both operators."""
+    """Give each object its NIM_PG_object."""
     bpy.types.Object.nim = bpy.props.PointerProperty(
         type=NIM_PG_object, name="Negative Index", description="What Take Back needs to know"
     )
-    bpy.types.VIEW3D_MT_object.append(_menu)
 
 
 def unregister():
-    """Take them back."""
-    bpy.types.VIEW3D_MT_object.remove(_menu)
+    """Take it back."""
     del bpy.types.Object.nim

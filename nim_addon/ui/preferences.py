@@ -53,8 +53,9 @@ class NIM_AP_preferences(bpy.types.AddonPreferences):
         column.prop(self, "samples")
         column.prop(self, "folder")
 
-        from . import assets
+        from . import assets, menus
 
+        menus.draw_key(layout, context)
         row = layout.row()
         row.operator("nim.unregister_assets" if assets.library() else "nim.register_assets", icon="ASSET_MANAGER")
         if versions.outdated():

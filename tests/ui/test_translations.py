@@ -61,6 +61,7 @@ NOT_SHOWN = {
     "Cycles": "name of an engine, the same in every language",
     "Negative-Index Materials": "name of the add-on and its asset library",
     "NIM Light Paths": "name of a collection",
+    "Object Mode": "name of a key map",
     "Error": "looked for in the log of a second Blender",
     "Rs": "label within the picture of the curve",
     "Rp": "label within the picture of the curve",

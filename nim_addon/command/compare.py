@@ -6,6 +6,7 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -72,11 +73,14 @@ def run(arguments: argparse.Namespace) -> None:
         render_side_by_side(requests, arguments.out, joined, compared, output)
 
 
-def render_side_by_side(requests: dict[str, Request], folder: str, joined: str, compared: dict, output: Output) -> None:
+def render_side_by_side(
+    requests: dict[str, Request], folder: str, joined: str, compared: dict, output: Output, captions: Sequence[str] = ()
+) -> None:
     """Render requests, by the names of their images, and all of them side by side.
 
     joined:   name of the comparison
     compared: what its record says that is not in those of the images: "compares", what each of them shows, and "set"
+    captions: a line for each image, below it in the comparison; none if empty
     """
     from ..renders.montage import montage
 
@@ -86,5 +90,5 @@ def render_side_by_side(requests: dict[str, Request], folder: str, joined: str, 
         images.append((rendered.exr, rendered.png))
         output.written(images[-1])
     common = {key: value for key, value in rendered.record.items() if key != "parameters"}
-    joint = montage(folder, joined, images, {**common, **compared, "images": list(requests)})
+    joint = montage(folder, joined, images, {**common, **compared, "images": list(requests)}, captions)
     output.end(joint, rendered.record["size"], rendered.record["samples"])

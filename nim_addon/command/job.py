@@ -20,6 +20,7 @@ def run(text: str) -> None:
     folder:   where to
     joined:   name of an image of all of them side by side, empty where there is to be none
     compared: what its record says, as for compare.render_side_by_side()
+    captions: a line for each of them, below it in that image
     """
     blender.load()
     from ..renders.request import Request
@@ -27,13 +28,14 @@ def run(text: str) -> None:
     try:
         job = records.parse(text)
         asked, folder, joined, compared = (job[key] for key in ("requests", "folder", "joined", "compared"))
+        captions = job["captions"]
     except (KeyError, ValueError):
         raise UsageError("the job is not understood.") from None
     with refused():
         requests = {name: Request.from_record(record, name) for name, record in asked.items()}
     with Output(len(requests), progress=True) as output:
         if joined:
-            return render_side_by_side(requests, folder, joined, compared, output)
+            return render_side_by_side(requests, folder, joined, compared, output, captions)
         for name, request in requests.items():
             rendered = carry_out(request, folder, name, output)
             output.written([rendered.exr, rendered.png])

@@ -14,7 +14,7 @@ from ..base.text import fit
 from ..physics import Medium
 from ..physics.media import to_number
 from ..physics.spectra import wavelengths
-from ..sweeps.axes import BETWEEN
+from ..sweeps.axes import BETWEEN, apart
 
 A_SCENE = f"{', '.join(SCENE_NAMES[:-1])} or {SCENE_NAMES[-1]}"
 LONGEST_NAME = 200  # bytes, of the 255 that file systems take: what is half written has a longer one
@@ -223,9 +223,6 @@ def wavelength(text: str) -> float:
         raise UsageError(str(error)) from None
 
 
-_AN_OWN_MU = re.compile(r"([^=,()]+),\s*(mu\s*=[^,()]+)")
-
-
 def variants(words: Sequence[str], liquids: Sequence[str]) -> list[list[str]]:
     """The settings of each variant, lists of texts "key=value", from words such as "liquid=none,n=-1.33,mu=-10".
 
@@ -237,9 +234,7 @@ def variants(words: Sequence[str], liquids: Sequence[str]) -> list[list[str]]:
         key, equals, values = word.partition("=")
         if not equals:
             raise UsageError(f"--vary {word!r} is not understood; write KEY=A,B,C.")
-        for value in BETWEEN.split(values):
-            apart = None if key in liquids else _AN_OWN_MU.fullmatch(value)
-            settings.append([f"{key}={apart[1]}", apart[2]] if apart else [f"{key}={value}"])
+        settings += [apart(key, value, liquids) for value in BETWEEN.split(values)]
     if len(settings) < 2:
         raise UsageError(f"--vary {' '.join(words)} is one image; give at least two values, KEY=A,B.")
     return settings

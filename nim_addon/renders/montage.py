@@ -11,12 +11,22 @@ import numpy as np
 from ..base.files import files_to
 from ..cycles.images import image_of, write_with_metadata
 
+# Height of a caption's letters in parts of a picture's width, at most so many pixels; pixels around it; its colour.
+LETTERS, LARGEST, MARGIN, INK = 0.052, 48, 6, (0.1, 0.1, 0.1)
 
-def montage(folder: str | Path, name: str, images: Sequence[tuple[Path, Path]], metadata: dict) -> tuple[Path, Path]:
+
+def montage(
+    folder: str | Path,
+    name: str,
+    images: Sequence[tuple[Path, Path]],
+    metadata: dict,
+    captions: Sequence[str] = (),
+) -> tuple[Path, Path]:
     """Write NAME.exr (linear) and NAME.png (as displayed): the images of equal size from left to right, a white gap between.
 
     images:   the pairs (exr, png) that render() returned
     metadata: JSON-ready dict that both carry, for read_metadata()
+    captions: a line for each image, on white below it; none if empty
     Returns the paths (exr, png). They appear whole or not at all.
     """
     import OpenImageIO as oiio
@@ -27,7 +37,10 @@ def montage(folder: str | Path, name: str, images: Sequence[tuple[Path, Path]], 
             pictures = [image_of(file) for file in files]
             # bytes stay bytes, so that the PNG is exactly its parts
             form = pictures[0].spec().format
-            rows = grid([np.asarray(picture.get_pixels(form)) for picture in pictures])
+            pixels = [np.asarray(picture.get_pixels(form)) for picture in pictures]
+            if captions:
+                pixels = [captioned(*one) for one in zip(pixels, captions, strict=True)]
+            rows = grid(pixels)
             height, width, channels = rows.shape
             joined = oiio.ImageBuf(oiio.ImageSpec(width, height, channels, form))
             joined.set_pixels(joined.roi, rows)
@@ -35,6 +48,23 @@ def montage(folder: str | Path, name: str, images: Sequence[tuple[Path, Path]], 
             write_with_metadata(joined, ready[-1], metadata)
         exr, png = finish(*ready)
         return exr, png
+
+
+def captioned(picture: np.ndarray, *lines: str) -> np.ndarray:
+    """A picture (H, W, C), its pixels as they are, with lines of text on white below it, as large as they fit."""
+    import OpenImageIO as oiio
+
+    _, width, channels = picture.shape
+    size = max(9, min(round(LETTERS * width), LARGEST))
+    # a letter of Open Image IO's own font is half as wide as it is high
+    size = max(7, min(size, *(int(2 * (width - 2 * MARGIN) / max(len(line), 1)) for line in lines)))
+    form = oiio.UINT8 if picture.dtype == np.uint8 else oiio.FLOAT
+    band = oiio.ImageBuf(oiio.ImageSpec(width, (size + MARGIN) * len(lines) + MARGIN, channels, form))
+    oiio.ImageBufAlgo.fill(band, (1.0,) * channels)
+    for place, line in enumerate(lines):
+        ink = (*INK, 1.0)[:channels] if channels in (3, 4) else (INK[0],) * channels
+        oiio.ImageBufAlgo.render_text(band, MARGIN, (size + MARGIN) * (place + 1), line, size, "", ink)
+    return np.concatenate([picture, np.asarray(band.get_pixels(form)).astype(picture.dtype)])
 
 
 def grid(pictures: Sequence[np.ndarray], columns: int = 0) -> np.ndarray:

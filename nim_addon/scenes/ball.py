@@ -14,7 +14,7 @@ import bpy
 import numpy as np
 
 from ..cycles.graded import graded_ball_material, graded_core_material
-from ..physics.graded import CORES, DEVICES, Profile
+from ..physics.graded import Profile
 from . import shapes, surfaces
 from .parameters import Parameters, choice, number, switch
 from .sphere import ball
@@ -35,6 +35,20 @@ TOWARDS_SUN, SUN_IRRADIANCE = (-0.56, -0.36, 0.75), (3.748, 3.265, 2.539)
 # x, y, height: round trees and pointed ones, behind the ball and behind the camera
 ROUND = (-4.6, 9.0, 4.2), (6.5, 12.0, 5.0), (-11.0, 13.0, 5.5), (5.0, -13.0, 4.5), (-9.0, -6.0, 4.0)
 POINTED = (2.6, 10.5, 4.6), (-1.6, 14.0, 5.2), (10.5, 9.0, 4.4), (9.0, -2.5, 4.6), (-4.5, -14.0, 5.0)
+MEANINGS = {
+    "luneburg": "A lens: it shows the half space behind it, upside down",
+    "fisheye": "Maxwell's: every point of its rim is seen at the opposite one",
+    "eaton": "It sends all light back where it came from",
+    "invisible": "It leads light once round its middle, and on",
+    "magnifier": "A mirror that a shell of a NIM makes larger",
+    "cloak": "It leads light around what is in its hollow",
+    "turn": "It turns all light by the same angle",
+}
+CORE_MEANINGS = {
+    "mirror": "It reflects all light",
+    "black": "It takes all light",
+    "textured": "A painted ball, to be seen through the index around it",
+}
 HEAD_IN = 0.55  # of the space within: half the height of the head
 
 
@@ -42,9 +56,9 @@ HEAD_IN = 0.55  # of the space within: half the height of the head
 class BallParameters(Parameters):
     """Parameters of the ball scene: those of physics.graded.Profile, the angle in degrees."""
 
-    device: str = choice("luneburg", "what the index of the ball does with light", DEVICES)
+    device: str = choice("luneburg", "what the index of the ball does with light", MEANINGS)
     core: float | None = number(None, "radius of a core in the ball, whose radius is 1", 0.015625, 0.984375)
-    surface: str = choice("mirror", "what the core is", CORES)
+    surface: str = choice("mirror", "what the core is", CORE_MEANINGS)
     cap: float | None = number(None, "the largest index in the ball; as large as it gets if left out", 1.125, 100.0)
     angle: float = number(90.0, "by how much the device turn turns all light", 1.0, 360.0, "degrees")
     hollow: float = number(0.6, "radius of the hollow in a cloak", 0.0625, 0.9375)

@@ -33,6 +33,11 @@ WALL, ROOM = (0.8, 0.8, 0.8), (0.012, 0.012, 0.012)
 TOWARDS_SUN = (0.0, 1.0, 0.0)
 SUN_IRRADIANCE = (400.0, 400.0, 400.0)  # of which a ten-thousandth or so gets to a place on the wall
 
+VIEWS = {
+    "wall": "From the room towards the wall, on which the bow is",
+    "sun": "From where the sun is, through the hole in the wall, at the drop",
+}
+
 
 @dataclass(frozen=True)
 class DropParameters(Parameters):
@@ -40,7 +45,7 @@ class DropParameters(Parameters):
 
     liquid: Medium | None = liquid(Medium.parse("water-daimon"), "what the drop is made of, or none")
     distance: float = number(USUAL, "how far the wall is from the drop, in its radii", 1.5, 100.0)
-    view: str = choice("wall", "from the room towards the wall, or from the sun through the hole", ("wall", "sun"))
+    view: str = choice("wall", "from the room towards the wall, or from the sun through the hole", VIEWS)
 
     sun_angle: float = number(0.53, "width of the sun; its light stays the same", 0.25, 30.0, "degrees")
 

@@ -49,16 +49,22 @@ TABLE_RADIUS = 0.80
 SKY = 1.4
 TOWARDS_SUN, SUN_IRRADIANCE = (-0.55, 0.30, 0.78), (3.748, 3.467, 2.998)
 
+VIEWS = {
+    "side": "From the side, through the wall of the glass",
+    "top": "From above, into the glass",
+}
+FIGURES = {"none": "No figures", "monkey": "Blender's monkey, three times, in three colours"}
+
 
 @dataclass(frozen=True)
 class GlassParameters(Parameters):
     """Parameters of the glass scene."""
 
     liquid: Medium | None = liquid(MEDIA["nim"], "what fills the glass: none, water, nim or any medium")
-    view: str = choice("side", "where the camera looks from", ("side", "top"))
+    view: str = choice("side", "where the camera looks from", VIEWS)
     straw: bool = switch(True, "the straw in the glass")
     figures: str = mesh_file(
-        "none", "three small statues around the glass: Blender's monkey or a mesh of your own", ("none", "monkey")
+        "none", "three small statues around the glass: Blender's monkey or a mesh of your own", FIGURES
     )
     sun_angle: float = number(24.0, "width of the sun; its light stays the same", 0.25, 30.0, "degrees")
 

@@ -34,6 +34,11 @@ STONE, RED, WHITE = (0.46, 0.40, 0.33), (0.62, 0.03, 0.02), (0.80, 0.78, 0.74)
 HORIZON, ZENITH = (0.80, 0.86, 0.92), (0.22, 0.38, 0.62)
 TOWARDS_SUN, SUN_IRRADIANCE = (-0.55, -0.45, 0.70), (3.2, 2.9, 2.4)
 
+VIEWS = {
+    "front": "From before the plate, through it at the ball",
+    "side": "From its side and above: the ball, the plate, and where the image is",
+}
+
 
 @dataclass(frozen=True)
 class LensParameters(Parameters):
@@ -44,7 +49,7 @@ class LensParameters(Parameters):
     )
     thickness: float = number(0.3, "thickness of the plate", 0.125, 0.75, "m")
     distance: float = number(0.15, "how far behind the plate the middle of the ball is", 0.125, 3.0, "m")
-    view: str = choice("front", "from before the plate, or from its side and above", ("front", "side"))
+    view: str = choice("front", "from before the plate, or from its side and above", VIEWS)
 
     def __post_init__(self):
         super().__post_init__()

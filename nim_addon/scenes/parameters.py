@@ -39,10 +39,11 @@ def switch(default: bool, description: str) -> Any:
     return dataclasses.field(default=default, metadata={"kind": "switch", "description": description})
 
 
-def choice(default: str, description: str, choices: Iterable[str]) -> Any:
-    """A field that holds one of `choices`, a tuple of words; new ones come last, as Blender files hold their number."""
+def choice(default: str, description: str, choices: Mapping[str, str]) -> Any:
+    """A field that holds one of `choices`, {word: what it means}; new ones come last, as Blender files hold their number."""
     return dataclasses.field(
-        default=default, metadata={"kind": "choice", "description": description, "choices": tuple(choices)}
+        default=default,
+        metadata={"kind": "choice", "description": description, "choices": tuple(choices), "meanings": dict(choices)},
     )
 
 
@@ -62,10 +63,11 @@ def index(default: float, description: str, low: float, high: float) -> Any:
     )
 
 
-def mesh_file(default: str, description: str, words: Iterable[str]) -> Any:
-    """A field that holds one of `words`, or the path of a mesh file (PLY, OBJ or STL)."""
+def mesh_file(default: str, description: str, words: Mapping[str, str]) -> Any:
+    """A field that holds one of `words`, {word: what it means}, or the path of a mesh file (PLY, OBJ or STL)."""
     return dataclasses.field(
-        default=default, metadata={"kind": "mesh", "description": description, "choices": tuple(words)}
+        default=default,
+        metadata={"kind": "mesh", "description": description, "choices": tuple(words), "meanings": dict(words)},
     )
 
 

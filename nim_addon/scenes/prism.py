@@ -40,6 +40,17 @@ GLOW = 1.0  # radiance of the sheet
 MOST_TURNED = math.radians(85)  # from +x, for the screen to stand before the wall
 ENDS_NM = (400.0, 700.0)  # what the screen is wide enough for
 
+VIEWS = {
+    "side": "From the side: slit, prism and screen",
+    "above": "From above, where the light's way shows on the table",
+    "screen": "Straight at the screen, with the spectrum on it",
+    "through": "Through the prism, at the slit",
+}
+LIGHTS = {
+    "sun": "The sun behind the slit, whose spectrum falls onto the screen",
+    "lamp": "A sheet that glows behind the slit, to look at through the prism",
+}
+
 
 @dataclass(frozen=True)
 class PrismParameters(Parameters):
@@ -49,11 +60,9 @@ class PrismParameters(Parameters):
     view: str = choice(
         "side",
         "from the side, from above, straight at the screen, or through the prism at the slit",
-        ("side", "above", "screen", "through"),
+        VIEWS,
     )
-    light: str = choice(
-        "sun", "the sun behind the slit, or a sheet that glows, to look at through the prism", ("sun", "lamp")
-    )
+    light: str = choice("sun", "the sun behind the slit, or a sheet that glows, to look at through the prism", LIGHTS)
     apex: float | None = number(
         None, "angle between the prism's faces; 60, or 20 of a NIM, if left out", 1.0, 120.0, "degrees"
     )

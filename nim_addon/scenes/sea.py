@@ -28,6 +28,8 @@ WAVELENGTHS = (1.2, 6.0)
 # How far the oblique view leans, in degrees; the window's far edge must stay in the picture.
 TILT = 20.0
 
+VIEWS = {"up": "Straight up, at the whole sky", "oblique": "Obliquely up, to the edge of the sky"}
+
 
 @dataclass(frozen=True)
 class SeaParameters(Parameters):
@@ -36,7 +38,7 @@ class SeaParameters(Parameters):
     liquid: Medium | None = liquid(
         Medium(1.33), "what the sea is made of: none, water, nim, n=-1.33,mu=-10 or any medium"
     )
-    view: str = choice("up", "where the eye under water looks: straight up, or obliquely", ("up", "oblique"))
+    view: str = choice("up", "where the eye under water looks: straight up, or obliquely", VIEWS)
     waves: float = number(0.1, "height of the waves, four times the standard deviation; 0 is calm", 0.0, 0.5, "m")
     seed: int = integer(1, "which waves: the same number gives the same surface", 0, 2**31 - 1)
     time: float = number(0.0, "how long the waves have moved on", 0.0, 3600.0, "s")

@@ -55,6 +55,12 @@ BALUSTER = (
     (0.0, 1.0),
 )
 
+PANES = {
+    "lenslets": "A window of lenslets, which refracts as the border of two media would",
+    "slab": "A slab of a medium whose permittivity differs along its normal: what is behind is seen twice",
+    "none": "Nothing: the piece as it is",
+}
+
 
 @dataclass(frozen=True)
 class WindowParameters(Parameters):
@@ -63,7 +69,7 @@ class WindowParameters(Parameters):
     pane: str = choice(
         "lenslets",
         "what is in the frame: lenslets, a slab of a uniaxial medium, or nothing",
-        ("lenslets", "slab", "none"),
+        PANES,
     )
     eta: float = number(
         -1.0, "of the lenslets, in the place of n2 / n1: tangents are divided by it; not 0", -10.0, 10.0

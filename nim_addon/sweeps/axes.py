@@ -17,8 +17,10 @@ from typing import NamedTuple
 
 MOST = 10_000_000  # points of a sweep, of which each is a line of its plan
 FORM = "write it like n=-1.5:1.5:0.25, from, to and step, or like n=-1.5,1.5"
+VALUES_FORM = "write them like -1.5, -1, 1.33, or like -1.5:1.5:0.25, from, to and step"
 # Where values part: not within the brackets of a function, nor before what belongs to the medium that comes before it.
 BETWEEN = re.compile(r",(?![^()]*\))(?!\s*(?:mu|k|length)\s*=)")
+AN_OWN_MU = re.compile(r"([^=,()]+),\s*(mu\s*=[^,()]+)")
 
 
 class Axis(NamedTuple):
@@ -36,14 +38,33 @@ def axis(text: str) -> Axis:
     key, equals, values = (part.strip() for part in text.partition("="))
     if not equals or not key or not values:
         raise ValueError(f"--vary {text!r} is not understood; {FORM}.")
-    if ":" in values and (numbers := _numbers(values)):
-        return Axis(key, _range(text, numbers))
-    found = tuple(value.strip() for value in BETWEEN.split(values))
+    return Axis(key, values_of(values, f"--vary {text!r}", FORM))
+
+
+def values_of(text: str, said: str = "", form: str = VALUES_FORM) -> tuple[str, ...]:
+    """The values of a text such as "-1.5:1.5:0.25", the last with them, or "-1, -10".
+
+    said: what the sentence of an error calls the text; form: how it says that the text is to be written
+    Raises ValueError, one sentence, for a text that names none, or one twice, and for a range that does not end.
+    """
+    said = said or repr(text)
+    if ":" in text and (numbers := _numbers(text)):
+        return _range(said, form, numbers)
+    found = tuple(value.strip() for value in BETWEEN.split(text))
     if "" in found:
-        raise ValueError(f"--vary {text!r} has an empty value; {FORM}.")
+        raise ValueError(f"{said} has an empty value; {form}.")
     if twice := next((value for value in found if found.count(value) > 1), None):
-        raise ValueError(f"--vary {text!r} names {twice} twice; name each value once.")
-    return Axis(key, found)
+        raise ValueError(f"{said} names {twice} twice; name each value once.")
+    return found
+
+
+def apart(key: str, value: str, liquids: Sequence[str]) -> list[str]:
+    """The settings, texts "key=value", of a value of BETWEEN: a mu behind a number is a parameter of its own.
+
+    liquids: the keys whose values are media, to which a mu= among them belongs
+    """
+    parts = None if key in liquids else AN_OWN_MU.fullmatch(value)
+    return [f"{key}={parts[1]}", parts[2]] if parts else [f"{key}={value}"]
 
 
 def _numbers(text):
@@ -55,19 +76,19 @@ def _numbers(text):
     return numbers if len(numbers) in (2, 3) else None
 
 
-def _range(text, numbers):
+def _range(said, form, numbers):
     if len(numbers) == 2:
-        raise ValueError(f"--vary {text!r} has no step; {FORM}.")
+        raise ValueError(f"{said} has no step; {form}.")
     first, last, step = numbers
     if not all(number.is_finite() for number in numbers):
-        raise ValueError(f"--vary {text!r} never ends; {FORM}.")
+        raise ValueError(f"{said} never ends; {form}.")
     if step == 0:
-        raise ValueError(f"--vary {text!r} has a step of 0, so it never ends; {FORM}.")
+        raise ValueError(f"{said} has a step of 0, so it never ends; {form}.")
     if first != last and (last - first) * step < 0:
-        raise ValueError(f"--vary {text!r} steps away from its end; give the step the other sign.")
+        raise ValueError(f"{said} steps away from its end; give the step the other sign.")
     count = int((last - first) / step) + 1
     if count > MOST:
-        raise ValueError(f"--vary {text!r} has {count} values, more than {MOST}; take a larger step.")
+        raise ValueError(f"{said} has {count} values, more than {MOST}; take a larger step.")
     return tuple(_plain(first + step * place) for place in range(count))
 
 

@@ -11,14 +11,13 @@ import numpy as np
 
 from ..base.files import whole
 from ..cycles.images import image_of, named
-from ..renders.montage import grid
+from ..renders.montage import captioned, grid
 from . import results
 from .plan import Task
 
 FILE = "sheet.png"
 WIDEST, WIDTH = 8192, 320  # pixels, of the sheet and of a picture in it
 LEAST = 48  # of a picture, where there are many
-LETTERS, MARGIN = 0.052, 6  # height of letters, in parts of a picture's width; pixels about them
 
 
 def columns_of(pictures: Sequence[Task]) -> int:
@@ -59,13 +58,5 @@ def _cell(png, task, width):
     spec = image.spec()
     height = max(1, round(width * spec.height / spec.width))
     small = oiio.ImageBufAlgo.resize(image, roi=oiio.ROI(0, width, 0, height, 0, 1, 0, 3))
-    size = max(9, round(LETTERS * width))
     lines = [f"{key} = {value}" for key, value in task.values.items()] or [task.title]
-    tall = height + (size + MARGIN) * len(lines) + MARGIN
-    cell = oiio.ImageBuf(oiio.ImageSpec(width, tall, 3, oiio.UINT8))
-    oiio.ImageBufAlgo.fill(cell, (1.0, 1.0, 1.0))
-    oiio.ImageBufAlgo.paste(cell, 0, 0, 0, 0, small)
-    for place, line in enumerate(lines):
-        base = height + (size + MARGIN) * (place + 1)
-        oiio.ImageBufAlgo.render_text(cell, MARGIN, base, line, size, "", (0.1, 0.1, 0.1))
-    return np.asarray(cell.get_pixels(oiio.UINT8))
+    return captioned(np.asarray(small.get_pixels(oiio.UINT8)), *lines)

@@ -19,7 +19,6 @@ from ..base.processes import second_blender
 from ..base.text import duration
 from ..renders.request import Request
 from ..scenes import SCENES
-from ..scenes.parameters import file_name
 from . import preferences, scenes
 from .panels import Sidebar, draw_sentence
 from .scene_settings import NIM_PG_scenes, backend_of, parameters_of, samples_of
@@ -37,6 +36,7 @@ class Work:
     words:    of `nimray`, which is run in the place of all these
     joined:   name of the image that they make side by side, empty where they make none
     compared: what the record of that one says: "compares", a text for each of them, and "set", what they share
+    captions: a line for each of them, below it in that image
     """
 
     title: str
@@ -44,6 +44,7 @@ class Work:
     words: tuple[str, ...] = ()
     joined: str = ""
     compared: dict[str, list[str]] = dataclasses.field(default_factory=dict)
+    captions: tuple[str, ...] = ()
 
 
 class Job:
@@ -62,6 +63,7 @@ class Job:
             "folder": str(folder),
             "joined": work.joined,
             "compared": work.compared,
+            "captions": work.captions,
         }
         module, words = ("__main__", work.words) if work.words else ("command.job", [json.dumps(record)])
         self.process = second_blender(module, words, binary=bpy.app.binary_path, stdout=subprocess.PIPE)
@@ -198,12 +200,17 @@ def free_name(folder: Path, name: str) -> str:
 
 def request_of(settings: NIM_PG_scenes) -> Request:
     """The render that the settings ask for; ValueError, one sentence, where they clash."""
-    samples, percent = samples_of(settings)
-    width, height = (max(1, round(side * percent / 100)) for side in SCENES[settings.scene].size)
-    backend = backend_of(settings)
+    samples, backend = samples_of(settings)[0], backend_of(settings)
     parameters = parameters_of(settings)
-    size, spectral = (width, height), settings.spectral
+    size, spectral = size_of(settings), settings.spectral
     return Request(settings.scene, parameters, size=size, samples=samples, backend=backend, spectral=spectral)
+
+
+def size_of(settings: NIM_PG_scenes) -> tuple[int, int]:
+    """Pixels of the picture that the settings ask for, (width, height)."""
+    percent = samples_of(settings)[1]
+    width, height = SCENES[settings.scene].size
+    return max(1, round(width * percent / 100)), max(1, round(height * percent / 100))
 
 
 def one_render(settings: NIM_PG_scenes, folder: Path) -> Work:
@@ -211,29 +218,6 @@ def one_render(settings: NIM_PG_scenes, folder: Path) -> Work:
     request = request_of(settings)
     name = free_name(folder, request.name)
     return Work(name, {name: request})
-
-
-def all_variants(settings: NIM_PG_scenes, folder: Path) -> Work:
-    """What renders the scene empty, with water and with a NIM, the settings' own where they have one, side by side."""
-    request = request_of(settings)
-    parameters = request.parameters
-    scene_type = SCENES[settings.scene]
-    (key,), variants = scene_type.compared, scene_type.variants()
-    medium = parameters.medium if key == "n" else getattr(parameters, key)
-    if medium is not None and medium.is_nim:
-        apart = key == "n" and medium.is_real  # its mu is a parameter of its own
-        variants[-1] = str(medium).split(",") if apart else [f"{key}={medium}"]
-    # the medium brings its own permeability
-    kept = [text for text in parameters.assignments() if text.partition("=")[0] not in (key, "mu")]
-    shared = kept + ["spectral=yes"] * request.spectral
-    joined = free_name(folder, f"{file_name(settings.scene, shared)}_compare")
-    requests = {
-        file_name(joined, variant): dataclasses.replace(request, parameters=type(parameters).read([*kept, *variant]))
-        for variant in variants
-    }
-    # in the order in which `nimray compare` has them
-    compared = {**({"set": shared} if shared else {}), "compares": [" ".join(variant) for variant in variants]}
-    return Work(joined, requests, joined=joined, compared=compared)
 
 
 def free(operator: type[bpy.types.Operator]) -> bool:
@@ -244,7 +228,7 @@ def free(operator: type[bpy.types.Operator]) -> bool:
     return True
 
 
-class _Start:
+class Start:
     """What the operators that start a job share."""
 
     bl_options = {"REGISTER"}
@@ -268,24 +252,25 @@ class _Start:
         return {"FINISHED"}
 
 
-class NIM_OT_render_headless(_Start, bpy.types.Operator):
-    """Render these settings in a second Blender without a window, while this one stays free"""
+class NIM_OT_render_headless(Start, bpy.types.Operator):
+    """Render the example scene with these settings in a second Blender without a window, while this one stays free"""
 
     bl_idname = "nim.render_headless"
-    bl_label = "Render Headless"
+    bl_label = "Render Example Headless"
+
+    @classmethod
+    def description(cls, context, properties):
+        settings = context.scene.nim_scenes
+        (width, height), samples = size_of(settings), samples_of(settings)[0]
+        text = pgettext_iface(
+            "Render the example scene {name} with these settings, whatever stands in the view: {width} x {height} pixels, "
+            "{samples} samples. A second Blender without a window does it, while this one stays free"
+        )
+        name = pgettext_iface(scenes.title_of(settings.scene))
+        return text.format(name=name, width=width, height=height, samples=samples)
 
     def execute(self, context):
         return self.start(one_render)
-
-
-class NIM_OT_render_variants(_Start, bpy.types.Operator):
-    """Render the scene empty, with water and with a NIM, headless, and side by side into one image"""
-
-    bl_idname = "nim.render_variants"
-    bl_label = "Render All Variants"
-
-    def execute(self, context):
-        return self.start(all_variants)
 
 
 class NIM_OT_cancel_render(bpy.types.Operator):
@@ -380,9 +365,9 @@ class NIM_PT_jobs(Sidebar, bpy.types.Panel):
 
     def draw(self, context):
         layout = self.layout
-        column = layout.column(align=True)
-        column.operator("nim.render_headless", icon="RENDER_STILL")
-        column.operator("nim.render_variants", icon="RENDERLAYERS")
+        name = pgettext_iface(scenes.title_of(context.scene.nim_scenes.scene))
+        text = pgettext_iface("Render {} Headless").format(name)
+        layout.operator("nim.render_headless", text=text, icon="RENDER_STILL", translate=False)
         if _job is None:
             return
         box = layout.box()
@@ -404,7 +389,6 @@ class NIM_PT_jobs(Sidebar, bpy.types.Panel):
 
 CLASSES = (
     NIM_OT_render_headless,
-    NIM_OT_render_variants,
     NIM_OT_cancel_render,
     NIM_OT_open_result,
     NIM_OT_open_folder,

@@ -41,7 +41,20 @@ LIQUIDS = {None: "none"} | {MEDIA[word]: word for word in reversed(LIQUID_NUMBER
 # Samples a pixel (None: those of the preferences) and the part of the scene's own size in percent.
 QUALITIES = {"DEFAULT": (None, 100), "DRAFT": (32, 50), "GOOD": (256, 100), "FINAL": (2048, 100)}
 
-INDEX_LABELS = {"number": "Own Index", "words": "Own Medium"}
+WORDS_TEXTS = ("Own Medium", "Any medium by its name, its numbers or its file")
+INDEX_TEXTS = {"number": ("Own Index", "The index, and the permeability, that are typed in"), "words": WORDS_TEXTS}
+LIQUID_TEXTS = {
+    "none": ("None (Empty)", "Nothing but air"),
+    "custom": ("Own Index", "The index, and the permeability, that are typed in"),
+    "words": WORDS_TEXTS,
+    "water": ("Water", "The index of water, in all colours alike"),
+    "glass": ("Glass", "The index of common glass, in all colours alike"),
+    "diamond": ("Diamond", "The index of diamond, in all colours alike"),
+}
+NIM_TEXTS = {
+    True: "Light bends to the other side, as much as by a common medium of the opposite index",
+    False: "Light bends to the other side, and its permeability makes the surface a brighter mirror",
+}
 LABELS = {"n": "Index", "mu": "Permeability"}
 # Where a number that the others leave open starts as a person takes it over: a NIM's permeability, a core, a cap, a lenslet.
 FIRST = {"mu": -1.0, "core": 0.8, "cap": 3.0, "aperture": 0.5}
@@ -56,7 +69,8 @@ def label_of(field: dataclasses.Field) -> str:
     return LABELS.get(field.name, field.name.replace("_", " ").title()) + degrees
 
 
-def _description(field):
+def description_of(field: dataclasses.Field) -> str:
+    """What the panel's tooltip says of a field of Parameters."""
     data = field.metadata
     unit = f", in {data['unit']}" if data.get("unit") else ""
     return data["description"][0].upper() + data["description"][1:] + unit
@@ -65,7 +79,7 @@ def _description(field):
 def _texts(field):
     return {
         "name": label_of(field),
-        "description": _description(field),
+        "description": description_of(field),
         "translation_context": OWN,
         "update": _changed,
     }
@@ -93,7 +107,7 @@ def _switch_of_own(label, description):
 def _number_properties(field, fields, chosen):
     data, name = field.metadata, field.name
     start = FIRST[name] if getattr(chosen, name) is None else getattr(chosen, name)
-    own = {name: _float(label_of(field), _description(field), data["low"], data["high"], start, data["unit"])}
+    own = {name: _float(label_of(field), description_of(field), data["low"], data["high"], start, data["unit"])}
     if field.default is None:
         own[f"use_{name}"] = _switch_of_own(label_of(field), "Set it here, rather than leave it to the rest")
     return own
@@ -119,7 +133,7 @@ def _words_property(default=""):
 
 
 def _index_properties(field, fields, chosen):
-    name, items = field.name, [(word, INDEX_LABELS[word], "", "NONE", number) for word, number in INDEX_NUMBERS.items()]
+    name, items = field.name, [(word, *INDEX_TEXTS[word], "NONE", number) for word, number in INDEX_NUMBERS.items()]
     kind = EnumProperty(
         name="Medium",
         description="What it is made of",
@@ -142,7 +156,7 @@ def _switch_properties(field, fields, chosen):
 
 def _liquid_properties(field, fields, chosen):
     name = field.name
-    items = [(word, _liquid_label(word), "", "NONE", number) for word, number in LIQUID_NUMBERS.items()]
+    items = [(word, *_liquid_texts(word), "NONE", number) for word, number in LIQUID_NUMBERS.items()]
     own = {name: EnumProperty(items=items, default=LIQUIDS.get(field.default, "words"), **_texts(field))}
     help_n = "Refractive index of the liquid; negative for a NIM"
     own[f"{name}_n"] = _float("Index", help_n, -10.0, 10.0, field.default.n)
@@ -155,15 +169,18 @@ def _liquid_properties(field, fields, chosen):
     return own
 
 
-def _liquid_label(word):
+def _liquid_texts(word):
+    """What the menu calls a liquid, and what its tooltip says."""
     if word not in MEDIA:
-        return {"none": "None (Empty)", "custom": "Own Index", "words": "Own Medium"}[word]
-    name = word.partition("-")[0]
-    return f"{'NIM' if name == 'nim' else name.title()} ({str(MEDIA[word]).replace('=', ' = ').replace(',', ', ')})"
+        return LIQUID_TEXTS[word]
+    medium = MEDIA[word]
+    name, told = ("NIM", NIM_TEXTS[abs(medium.mu) == 1]) if medium.is_nim else LIQUID_TEXTS[word]
+    return f"{name} ({str(medium).replace('=', ' = ').replace(',', ', ')})", told
 
 
 def _choices(field):
-    return [(word, word.title(), "", "NONE", number) for number, word in enumerate(field.metadata["choices"])]
+    meanings = field.metadata["meanings"].items()
+    return [(word, word.title(), meaning, "NONE", number) for number, (word, meaning) in enumerate(meanings)]
 
 
 def _choice_properties(field, fields, chosen):
@@ -174,7 +191,7 @@ def _choice_properties(field, fields, chosen):
 
 
 def _mesh_properties(field, fields, chosen):
-    items = [*_choices(field), ("file", "File", "", "NONE", FILE_NUMBER)]
+    items = [*_choices(field), ("file", "File", "A mesh file of your own", "NONE", FILE_NUMBER)]
     file = StringProperty(name="File", description="A PLY, OBJ or STL file", subtype="FILE_PATH", update=_changed)
     return {field.name: EnumProperty(items=items, default=field.default, **_texts(field)), f"{field.name}_file": file}
 

@@ -25,6 +25,11 @@ from .scene_settings import (
 )
 
 
+def title_of(name: str) -> str:
+    """What the menu calls the scene of that name, in English."""
+    return name.title()
+
+
 def ready(operator: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
     """For a poll: whether the settings can be built; if not, the operator's class is told why."""
     if context.scene is None:

@@ -37,9 +37,9 @@ class Every(Parameters):
     tilt: float = number(None, "tilt, chosen from the depth if left out", -90, 90)
     stones: int = integer(3, "stones", 0, 10)
     sunny: bool = switch(True, "sunny")
-    view: str = choice("side", "view", ("side", "top", "below"))
+    view: str = choice("side", "view", dict.fromkeys(("side", "top", "below"), ""))
     filling: Medium = liquid(None, "filling")
-    figure: str = mesh_file("bunny", "figure", ("bunny", "none"))
+    figure: str = mesh_file("bunny", "figure", {"bunny": "", "none": ""})
     n: float | Medium = index(1.5, "index", -10, 10)
 
 

@@ -29,7 +29,7 @@ class Layout:
         assert name in data.bl_rna.properties, name
         self.drawn.append(("prop", name))
 
-    def operator(self, name, text=None, icon="NONE", depress=False):
+    def operator(self, name, text=None, icon="NONE", depress=False, translate=True):
         group, _, verb = name.partition(".")
         getattr(getattr(bpy.ops, group), verb).get_rna_type()
         self.drawn.append(("operator", name))

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Headless renders: to the end, cancelled, failing, and ended with the add-on."""
 
+import re
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import bpy
 import numpy as np
@@ -13,7 +15,10 @@ from nim_addon import command
 from nim_addon.base import processes
 from nim_addon.cycles.images import read_metadata
 from nim_addon.physics import MEDIA, Medium
-from nim_addon.ui import jobs, preferences, scene_settings
+from nim_addon.scenes import SCENES
+from nim_addon.ui import jobs, preferences, scene_settings, variants
+
+from .conftest import Layout
 
 TINY = (2, 4)  # samples, percent of the scene's own size
 
@@ -74,9 +79,10 @@ def test_all_variants_stand_side_by_side(settings, press, tmp_path, capsys):
     assert shown.name == "sphere_companions-yes_compare.png"
     parts = [oiio.ImageBuf(str(file)).get_pixels(oiio.UINT8) for file in job.files[1:-2:2]]
     rows = oiio.ImageBuf(str(shown)).get_pixels(oiio.UINT8)
-    assert rows.shape == (24, 3 * 32 + 2 * 2, 3)
+    assert rows.shape[1:] == (3 * 32 + 2 * 2, 3)
     for number, part in enumerate(parts):
-        assert np.array_equal(rows[:, 34 * number :][:, :32], part)
+        assert np.array_equal(rows[:24, 34 * number :][:, :32], part)
+        assert rows[24:, 34 * number :][:, :32].min() < 128, "its caption"
     assert not np.array_equal(parts[0], parts[2])
     assert oiio.ImageBuf(str(linear)).spec().format == oiio.FLOAT
     assert read_metadata(linear)["compares"] == ["n=1", "n=1.33", "n=-1.5"]  # the panel's own NIM
@@ -126,7 +132,7 @@ def test_a_process_that_cannot_be_started_is_reported(settings, press, monkeypat
 def test_variants_keep_the_rest_of_the_settings(settings, tmp_path):
     settings.scene = "pool"
     settings.pool.use_mu, settings.pool.mu, settings.pool.view = True, -10, "window"
-    work = jobs.all_variants(settings, tmp_path)
+    work = variants.all_variants(settings, tmp_path)
     assert work.joined == "pool_view-window_compare"
     compares = ["liquid=none", "liquid=water", "liquid=n=-1.33,mu=-10"]
     assert work.compared == {"set": ["view=window"], "compares": compares}
@@ -135,13 +141,124 @@ def test_variants_keep_the_rest_of_the_settings(settings, tmp_path):
     assert liquids == [None, MEDIA["water"], Medium(-1.33, -10)]
     assert {request.parameters.view for request in work.requests.values()} == {"window"}
     settings.scene, settings.sphere.n = "sphere", 1.5
-    assert jobs.all_variants(settings, tmp_path).compared == {"compares": ["n=1", "n=1.33", "n=-1.33"]}
+    assert variants.all_variants(settings, tmp_path).compared == {"compares": ["n=1", "n=1.33", "n=-1.33"]}
     settings.sphere.n, settings.sphere.use_mu, settings.sphere.mu = -1.5, True, -2
-    assert jobs.all_variants(settings, tmp_path).compared["compares"][-1] == "n=-1.5 mu=-2"
+    assert variants.all_variants(settings, tmp_path).compared["compares"][-1] == "n=-1.5 mu=-2"
     settings.sphere.n_medium, settings.sphere.n_words, settings.sphere.use_mu = "words", "n=-1.5,length=2", False
-    work = jobs.all_variants(settings, tmp_path)
+    work = variants.all_variants(settings, tmp_path)
     assert work.compared["compares"][-1] == "n=n=-1.5,length=2"
     assert list(work.requests.values())[-1].parameters.medium == Medium.parse("n=-1.5,length=2")
+
+
+@pytest.fixture
+def asked(settings, tmp_path):
+    """asked(scene, key, values) -> the Work of the variants that these ask for."""
+
+    def work(scene, key, values=None):
+        settings.scene = scene
+        group = bpy.context.scene.nim_variants
+        setattr(group, scene, key)
+        if values is not None:
+            setattr(group, f"{scene}_values", values)
+        return variants.all_variants(settings, tmp_path)
+
+    return work
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_every_scene_has_its_usual_variants(asked, scene):
+    work = asked(scene, variants.USUAL)
+    assert len(work.requests) == len(work.captions) == len(work.compared["compares"]) == 3
+
+
+@pytest.mark.parametrize(
+    ("scene", "key", "values", "compares", "captions"),
+    [
+        ("sphere", "n", "-1.5, -1:1", None, "is not a number"),
+        ("sphere", "n", "-1.5:-1:0.25", ["n=-1.5", "n=-1.25", "n=-1"], ("n = -1.5", "n = -1.25", "n = -1")),
+        ("sphere", "n", "1.5, -1.33,mu=-10", ["n=1.5", "n=-1.33 mu=-10"], ("n = 1.5", "n = -1.33, mu = -10")),
+        ("pool", "n", "-1.4,1.33", ["liquid=n=-1.4", "liquid=n=1.33"], ("liquid = -1.4", "liquid = 1.33")),
+        (
+            "pool",
+            "view",
+            None,
+            ["view=side", "view=top", "view=window"],
+            ("view = side", "view = top", "view = window"),
+        ),
+        ("glass", "straw", None, ["straw=no", "straw=yes"], ("straw = no", "straw = yes")),
+        ("glass", "liquid", None, ["liquid=none", "liquid=water", "liquid=nim"], ("liquid = none",)),
+        ("sea", "waves", "0, 0.1", ["waves=0", "waves=0.1"], ("waves = 0", "waves = 0.1")),
+    ],
+)
+def test_any_parameter_is_varied_with_any_values(asked, scene, key, values, compares, captions):
+    if compares is None:
+        with pytest.raises(ValueError, match="n"):
+            asked(scene, key, values)
+        return
+    work = asked(scene, key, values)
+    assert work.compared["compares"] == compares
+    assert work.captions[: len(captions)] == captions
+    assert [request.parameters for request in work.requests.values()] == [
+        SCENES[scene].parameters.read(text.split(" ")) for text in compares
+    ]
+
+
+WRONG = [
+    ("sphere", "n", "", "n has no values; write them like -1.5, -1, 1.33"),
+    ("sphere", "n", "1.5, many", "media are"),
+    ("sphere", "n", "0, 1.5", "refracts nothing"),
+    ("sphere", "n", "-1.5", "give at least two"),
+    ("sphere", "n", "1.5, 1.50", "is there twice"),
+    ("sphere", "n", "1.5, 1.5", "names 1.5 twice"),
+    ("sphere", "n", "1.5,,2", "has an empty value"),
+    ("sphere", "n", "1:2", "has no step"),
+    ("sphere", "n", "1:2:0", "never ends"),
+    ("sphere", "n", "1.1:9.9:0.01", "881 pictures are too many"),
+    ("pool", "waves", "0, 1", "out of range"),
+    ("pool", "waves", None, "waves has no values"),
+    ("pool", "seed", "1, 1.5", "is not a whole number"),
+    ("pool", "view", "side, below", "below"),
+]
+
+
+@pytest.mark.parametrize(("scene", "key", "values", "says"), WRONG, ids=[f"{case[1]}-{case[3]}" for case in WRONG])
+def test_values_that_are_none_get_one_sentence_in_the_panel(
+    asked, settings, press, one_sentence, scene, key, values, says
+):
+    with pytest.raises(ValueError) as caught:
+        asked(scene, key, values)
+    one_sentence(str(caught.value), says)
+    layout = Layout()
+    variants.NIM_PT_variants.draw(SimpleNamespace(layout=layout), context_of_panel())
+    assert says.split()[0] in layout.text and ("operator", "nim.render_variants") in layout.drawn
+    with pytest.raises(RuntimeError, match=re.escape(says)):
+        press("nim.render_variants")
+
+
+def context_of_panel():
+    """What a panel is drawn in, wide enough for any sentence."""
+    ui = SimpleNamespace(system=SimpleNamespace(ui_scale=1.0))
+    return SimpleNamespace(scene=bpy.context.scene, region=SimpleNamespace(width=9000), preferences=ui)
+
+
+def test_the_panel_says_how_many_variants_and_what_it_renders(settings):
+    class Named(Layout):
+        def operator(self, name, text=None, **_):
+            self.drawn.append((name, text))
+
+    settings.quality = "DEFAULT"
+    layout = Named()
+    jobs.NIM_PT_jobs.draw(SimpleNamespace(layout=layout), context_of_panel())
+    variants.NIM_PT_variants.draw(SimpleNamespace(layout=layout), context_of_panel())
+    assert ("nim.render_headless", "Render Sphere Headless") in layout.drawn
+    assert ("nim.render_variants", "Render 3 Variants") in layout.drawn
+    told = jobs.NIM_OT_render_headless.description(context_of_panel(), None)
+    assert "Sphere" in told and "800 x 600 pixels, 128 samples" in told
+    settings.scene, settings.quality = "pool", "GOOD"
+    assert "Pool" in jobs.NIM_OT_render_headless.description(context_of_panel(), None)
+    bpy.context.scene.nim_variants.pool = "view"
+    jobs.NIM_PT_jobs.draw(SimpleNamespace(layout=layout), context_of_panel())
+    assert ("nim.render_headless", "Render Pool Headless") in layout.drawn
 
 
 def test_renders_go_where_the_preferences_say_and_overwrite_nothing(addon, monkeypatch, tmp_path):

@@ -13,7 +13,7 @@ from nim_addon.cycles import spectral
 from nim_addon.physics import MEDIA, Medium
 from nim_addon.scenes import SCENES, scene_type
 from nim_addon.scenes import stage as stages
-from nim_addon.ui import jobs, scene_settings, scenes
+from nim_addon.ui import jobs, scene_settings, scenes, variants
 
 FIELDS = [(name, field) for name, chosen in SCENES.items() for field in dataclasses.fields(chosen.parameters)]
 
@@ -43,6 +43,8 @@ def test_each_property_mirrors_its_field(settings, name, field):
         assert [(item.identifier, item.value) for item in shown.enum_items][: len(data["choices"])] == [
             (word, number) for number, word in enumerate(data["choices"])
         ]
+    if shown.type == "ENUM":
+        assert all(item.description for item in shown.enum_items), "a tooltip for every choice"
     own = scene_settings.value_of(group, field)
     assert own == (field.default if not isinstance(own, str) else str(field.default))
 
@@ -255,6 +257,6 @@ def test_the_command_of_a_spectral_scene(settings):
     words = scenes.render_words(bpy.context.scene.nim_scenes)
     assert words[words.index("--set") :][1] == "spectral=yes"
     assert jobs.request_of(bpy.context.scene.nim_scenes).spectral
-    work = jobs.all_variants(bpy.context.scene.nim_scenes, Path("nowhere"))
+    work = variants.all_variants(bpy.context.scene.nim_scenes, Path("nowhere"))
     assert all(request.spectral for request in work.requests.values()) and work.compared["set"] == ["spectral=yes"]
     assert "spectral" in work.joined

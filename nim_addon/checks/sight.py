@@ -74,7 +74,7 @@ def look(
             if material:
                 worn.setdefault(material, []).append(surface)
     for obj in visibility.rendered(scene):
-        for material in visibility.materials_of(obj, override) if obj.type in ("MESH", "CURVE", "FONT") else ():
+        for material in visibility.materials_of(obj, override) if obj.type in visibility.SURFACES else ():
             if material:
                 worn.setdefault(material, [])
     ours = [material for material in worn if asked_closures(material)]

@@ -25,6 +25,7 @@ __all__ = [
     "absorbs",
     "asked_closures",
     "asked_interfaces",
+    "glass_index",
     "interface_material",
     "interface_node",
     "interface_nodes",
@@ -39,6 +40,7 @@ __all__ = [
 ]
 
 NODE_NAME = INTERFACE.label
+GLASSES = ("BSDF_GLASS", "BSDF_REFRACTION", "BSDF_PRINCIPLED")  # nodes of Blender that let light through by an index
 ROUNDING = 1e-6  # in parts of a number, of what a socket holds
 
 
@@ -192,6 +194,20 @@ def interface_of(node: bpy.types.Node, path: tuple = ()) -> Interface | None:
     """
     inside, outside = (_medium_of_side(node, side, path) for side in ("Inside", "Outside"))
     return Interface(inside, outside) if inside and outside else None
+
+
+def glass_index(material: bpy.types.Material | None) -> float | None:
+    """The index of refraction of Blender's own glass in a material (or None), which may be a clear Principled BSDF.
+
+    None where there is none, or where a node other than a Value decides it.
+    """
+    for node, path in asked(material):
+        if node.type in GLASSES:
+            through = node.inputs.get("Transmission Weight")  # of a Principled BSDF, which may be opaque
+            n = number_of(node.inputs["IOR"], path)
+            if n and (through is None or value_of(through, path) != 0):
+                return n
+    return None
 
 
 def _medium_of_side(node, side, path):

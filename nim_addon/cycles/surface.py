@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A material that is one node of ours."""
+"""A material that is one node of ours: made, and taken out of the file again."""
 
 from __future__ import annotations
 
@@ -25,3 +25,31 @@ def surface_material(
     tree.links.new(node.outputs["BSDF"], output.inputs["Surface"])
     material.diffuse_color = (0.9, 0.6, 0.35, 0.5) if bends_backwards else (0.5, 0.7, 0.9, 0.5)
     return material
+
+
+def remove_material(material: bpy.types.Material) -> None:
+    """Take a material out of the file, with its animation and those of our groups, tables and shaders that only it used."""
+    held = _held(material.node_tree) if material.node_tree else {}
+    for owner in (material, material.node_tree):
+        if owner and owner.animation_data and owner.animation_data.action:
+            held[owner.animation_data.action] = bpy.data.actions
+    bpy.data.materials.remove(material)
+    for data, kind in held.items():  # those that hold others come first
+        if not data.users and not data.library:
+            kind.remove(data)
+
+
+def _held(tree: bpy.types.NodeTree) -> dict[bpy.types.ID, bpy.types.bpy_prop_collection]:
+    """{data-block: where it is kept} of our groups in a tree, and of what is in those."""
+    found: dict[bpy.types.ID, bpy.types.bpy_prop_collection] = {}
+    for node in tree.nodes:
+        group = node.node_tree if node.type == "GROUP" else None
+        if group and any(key.startswith("nim_") for key in group.keys()):  # noqa: SIM118
+            found[group] = bpy.data.node_groups
+            for inner in group.nodes:
+                if inner.type == "TEX_IMAGE" and inner.image:
+                    found[inner.image] = bpy.data.images
+                elif inner.type == "SCRIPT" and inner.script:
+                    found[inner.script] = bpy.data.texts
+            found |= _held(group)
+    return found

@@ -19,6 +19,7 @@ from .nodes import Owner, uses_nodes
 
 CAUSTICS_MARK = "nim_caustics"  # marks what a bake (caustics.Bake) put into the scene
 CAUSTICS_HIDDEN = "nim_caustics_hidden"  # and what it put a copy in the place of
+SURFACES = ("MESH", "CURVE", "SURFACE", "FONT", "META")  # types of objects that are meshes as they are rendered
 PATHS_MARK = "nim_light_paths"  # of the curves that show light paths (ui.light_paths), which neither light nor shade
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Any mesh made a NIM in one click, and taken back."""
+"""Any object with a surface made a NIM in one click, and taken back."""
 
 import bpy
 import numpy as np
@@ -7,10 +7,11 @@ from bpy.app.translations import pgettext_iface, pgettext_rpt
 
 from .. import checks
 from ..cycles import meshes
-from ..cycles.material import asked_interfaces, interface_material, interface_nodes, interface_of
-from ..cycles.visibility import materials_of
-from ..physics import Interface
-from . import warnings
+from ..cycles.material import asked_interfaces, glass_index, interface_material, interface_nodes, interface_of
+from ..cycles.surface import remove_material
+from ..cycles.visibility import SURFACES, materials_of
+from ..physics import Interface, Medium
+from . import curves, warnings
 from .material import draw_media, draw_summary
 from .material_values import active_node
 from .media import (
@@ -22,6 +23,7 @@ from .media import (
     medium_property,
     number,
     permeability_property,
+    plain,
 )
 from .panels import Sidebar, draw_sentence
 
@@ -42,6 +44,7 @@ class NIM_PG_former_slot(bpy.types.PropertyGroup):
             ("OBJECT", "Object", "The object's own material counted", "NONE", 1),
         ),
     )
+    kept: bpy.props.BoolProperty(name="Kept", description="This slot was left as it is")
 
 
 class NIM_PG_object(bpy.types.PropertyGroup):
@@ -53,11 +56,12 @@ class NIM_PG_object(bpy.types.PropertyGroup):
     slot_added: bpy.props.BoolProperty(
         name="Slot added", description="The mesh had no material slot: the one it has was made for the NIM"
     )
+    shape: bpy.props.StringProperty(name="Shape", description="What a curve or text had before it was given a body")
 
 
 def converted(object_: bpy.types.Object | None) -> bool:
     """Whether "Take Back" can undo something in an object (or None)."""
-    return object_ is not None and object_.type == "MESH" and len(object_.nim.former) > 0
+    return object_ is not None and object_.type in SURFACES and len(object_.nim.former) > 0
 
 
 def obstacle(object_: bpy.types.Object) -> str | None:
@@ -71,8 +75,12 @@ def obstacle(object_: bpy.types.Object) -> str | None:
     return None
 
 
-def convert(object_: bpy.types.Object, material: bpy.types.Material) -> None:
-    """Wear `material` in every slot of a mesh object; what was there before is kept for take_back()."""
+def convert(object_: bpy.types.Object, materials: dict[int, bpy.types.Material], *, close: bool = False) -> None:
+    """Wear these materials in slots of an object; what was there before is kept for take_back().
+
+    materials: by the slot's place; {0: ...} of an object without slots, which gets one
+    close:     whether a curve or text is given a body
+    """
     fresh = not converted(object_)
     if fresh and not object_.material_slots:
         object_.data.materials.append(None)
@@ -82,42 +90,53 @@ def convert(object_: bpy.types.Object, material: bpy.types.Material) -> None:
         object_.nim.slot_added = any(other.nim.slot_added for other in _sharing(object_))
     for place, slot in enumerate(object_.material_slots):
         if place >= len(object_.nim.former):
-            former = object_.nim.former.add()
-            former.link = slot.link
+            object_.nim.former.add().kept = True
+        if place not in materials:
+            continue
+        former, earlier = object_.nim.former[place], slot.material
+        if former.kept:
+            former.kept, former.link = False, slot.link
             slot.link = "OBJECT"
             former.material = slot.material
         slot.link = "OBJECT"
-        slot.material = material
+        slot.material = materials[place]
+        if earlier and not earlier.users and interface_nodes(earlier):  # one that was made here before
+            remove_material(earlier)
+    if close and not object_.nim.shape:
+        object_.nim.shape = curves.close(object_)
 
 
 def take_back(object_: bpy.types.Object) -> None:
-    """Give a converted object its former slots; a NIM that nothing else wears any more leaves the file."""
+    """Give a converted object its former slots; a NIM that nothing else wears any more leaves the file, with all it used."""
     worn = {slot.material for slot in object_.material_slots if interface_nodes(slot.material)}
     for slot, former in zip(object_.material_slots, object_.nim.former, strict=False):
-        slot.link = "OBJECT"
-        slot.material = former.material
-        slot.link = former.link
+        if not former.kept:
+            slot.link = "OBJECT"
+            slot.material = former.material
+            slot.link = former.link
     # the mesh's own slot goes with the last of the objects it was made for
     lone = len(object_.data.materials) == 1 and object_.data.materials[0] is None
     if object_.nim.slot_added and lone and not any(other.nim.slot_added for other in _sharing(object_)):
         object_.data.materials.clear()
-    object_.nim.former.clear()
-    object_.nim.slot_added = False
+    curves.reopen(object_, object_.nim.shape)
+    object_.property_unset("nim")
     for material in worn:
         if material.users == 0:
-            bpy.data.materials.remove(material)
+            remove_material(material)
 
 
-def nims_of(object_: bpy.types.Object) -> list[tuple[bpy.types.Material, Interface | None]]:
-    """What makes an evaluated mesh object negative-index, in any of the slots that its faces use, as a render shows it.
+def nims_of(object_: bpy.types.Object, places: list[int]) -> list[tuple[bpy.types.Material, Interface | None]]:
+    """What makes an evaluated object negative-index, in those of these slots that its faces use, as a render shows it.
 
-    Returns a list of pairs (material, physics.Interface); the latter None where nodes decide it.
+    Of a curve, a text and the like all slots count. Returns a list of pairs (material, physics.Interface); the latter None
+    where nodes decide it.
     """
     worn = materials_of(object_)
+    used = np.unique(meshes.slots(object_.data, len(worn))) if object_.type == "MESH" else range(len(worn))
     found = []
-    for slot in np.unique(meshes.slots(object_.data, len(worn))):
-        for asked in asked_interfaces(worn[slot]):
-            interface = interface_of(asked.node, asked.path)
+    for slot in set(used) & set(places):
+        for node, path in asked_interfaces(worn[slot]):
+            interface = interface_of(node, path)
             if interface is None or interface.inside.is_nim or interface.outside.is_nim:
                 found.append((worn[slot], interface))
     return found
@@ -127,30 +146,63 @@ def _sharing(object_):
     return [other for other in bpy.data.objects if other.data == object_.data and other != object_]
 
 
-def _meshes(context):
-    """The selected mesh objects; the active one where none is selected."""
-    objects = [object_ for object_ in context.selected_objects if object_.type == "MESH"]
+def _selected(context):
+    """The selected objects with a surface; the active one where none is selected. Metaballs are the first of their family."""
+    objects = [object_ for object_ in context.selected_objects if object_.type in SURFACES]
     active = context.object
-    return objects or ([active] if active and active.type == "MESH" else [])
+    objects = objects or ([active] if active and active.type in SURFACES else [])
+    return list(dict.fromkeys(_family_head(object_) for object_ in objects))
+
+
+def _family_head(object_):
+    """Of metaballs that melt into one another, those of one name but for its number, the one whose material all have."""
+    head = bpy.data.objects.get(object_.name.partition(".")[0]) if object_.type == "META" else None
+    return head if head and head.type == "META" else object_
 
 
 def _poll(cls, context):
     if context.mode != "OBJECT":
         cls.poll_message_set("Leave the mode you are in for Object Mode first")
         return False
-    if not _meshes(context):
-        cls.poll_message_set("Select a mesh object first")
+    if not _selected(context):
+        cls.poll_message_set("Select an object with a surface first")
         return False
     return True
 
 
 class NIM_OT_convert(bpy.types.Operator):
-    """Make the selected meshes a negative-index material, one for all of them; their materials are kept for Take Back"""
+    """Make the selected objects negative-index; what they were made of is kept for Take Back, and |n| of a glass too"""
 
     bl_idname = "nim.convert"
     bl_label = "Make Negative-Index"
     bl_options = {"REGISTER", "UNDO"}
 
+    keep: bpy.props.BoolProperty(
+        name="Keep |n|",
+        description="What was glass has the index that it had, of this sign, unless another medium is chosen inside",
+        default=True,
+    )
+    sign: bpy.props.EnumProperty(
+        name="Sign",
+        description="Of the index that is kept",
+        items=(
+            ("NEGATIVE", "Negative", "It bends light backwards", "REMOVE", 0),
+            ("POSITIVE", "Positive", "It bends light as before, by this add-on's interface", "ADD", 1),
+        ),
+    )
+    slots: bpy.props.EnumProperty(
+        name="Slots",
+        description="Which materials of an object are replaced",
+        items=(
+            ("ALL", "All", "Those in all slots of the object", "NONE", 0),
+            ("ACTIVE", "Active", "The one in the slot that is chosen in its list of materials", "NONE", 1),
+        ),
+    )
+    close: bpy.props.BoolProperty(
+        name="Close Curves",
+        description="Give flat texts and curves a thickness, and tubes ends: a medium needs an inside",
+        default=True,
+    )
     inside: medium_property("nim-1.5", "Inside", "The medium behind the faces")
     n_inside: index_property(-1.5)
     mu_inside: permeability_property()
@@ -166,15 +218,19 @@ class NIM_OT_convert(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        """Only where a mesh is selected, in Object Mode."""
+        """Only where something with a surface is selected, in Object Mode."""
         return _poll(cls, context)
 
     def execute(self, context):
         """Convert those that can be, and name those that cannot and those that are negative-index already."""
-        refused, free = _told_apart(_meshes(context))
+        refused, free = _told_apart(_selected(context))
         depsgraph = context.evaluated_depsgraph_get()
-        already = {} if self.replace else {object_: nims_of(object_.evaluated_get(depsgraph)) for object_ in free}
-        free = [object_ for object_ in free if not already.get(object_)]
+        places = {object_: self._places(object_) for object_ in free}
+        already = {
+            object_: [] if self.replace else nims_of(object_.evaluated_get(depsgraph), places[object_])
+            for object_ in free
+        }
+        free = [object_ for object_ in free if not already[object_]]
         kept = [_refusals(refused)] if refused else []
         kept += [_already(object_, nims) for object_, nims in already.items() if nims]
         if not free:
@@ -182,17 +238,17 @@ class NIM_OT_convert(bpy.types.Operator):
             return {"CANCELLED"}
         try:
             inside = chosen_medium(self.inside, self.n_inside, self.mu_inside)
-            outside = chosen_medium(self.outside, self.n_outside, self.mu_outside)
-            backend = backend_for(context.scene)
-            # a name of no number: n changes later, and Blender takes what follows a dot for its own
-            material = interface_material(f"{free[0].name} Interface", inside, outside, backend=backend)
+            media = {object_: self._media(object_, places[object_], inside) for object_ in free}
+            made = self._materials(context, free[0].name, media)
         except (ValueError, RuntimeError) as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         for object_ in free:
-            convert(object_, material)
-        text = pgettext_rpt("{count} made negative-index" if inside.is_nim else "{count} made of index {n}")
-        said = text.format(count=len(free), n=number(inside.n))
+            convert(object_, {place: made[n] for place, n in media[object_].items()}, close=self.close)
+        indices = ", ".join(number(medium.n) for medium in made)
+        negative = set(made) == {inside} and inside.is_nim
+        text = pgettext_rpt("{count} made negative-index" if negative else "{count} made of index {n}")
+        said = text.format(count=len(free), n=indices)
         if kept:
             self.report({"WARNING"}, ". ".join([said, *kept]))
         elif wrong := len(checks.problems(context.scene, warnings.LARGEST)):
@@ -202,15 +258,45 @@ class NIM_OT_convert(bpy.types.Operator):
             self.report({"INFO"}, said)
         return {"FINISHED"}
 
+    def _places(self, object_):
+        """The slots to be replaced; 0 of an object that has none yet."""
+        if self.slots == "ACTIVE" and object_.material_slots:
+            return [object_.active_material_index]
+        return list(range(max(1, len(object_.material_slots))))
+
+    def _media(self, object_, places, inside):
+        """{slot: Medium} behind the faces: what was glass keeps its index, unless a person has chosen a medium."""
+        media = dict.fromkeys(places, inside)
+        if self.keep and not self.properties.is_property_set("inside"):
+            for place, slot in enumerate(object_.material_slots):
+                if place in media and (n := glass_index(slot.material)) and not interface_nodes(slot.material):
+                    signed = -n if self.sign == "NEGATIVE" else n
+                    media[place] = Medium(plain(signed))
+        return media
+
+    def _materials(self, context, name, media):
+        """{Medium: a new material}, one for each that is wanted."""
+        outside = chosen_medium(self.outside, self.n_outside, self.mu_outside)
+        wanted = dict.fromkeys(medium for of_slots in media.values() for medium in of_slots.values())
+        backend = backend_for(context.scene)
+        # a name of no number: n changes later, and Blender takes what follows a dot for its own
+        return {medium: interface_material(f"{name} Interface", medium, outside, backend=backend) for medium in wanted}
+
     def draw(self, context):
         """Draw the redo panel: numbers only where the medium is of own values."""
+        column = self.layout.column()
+        column.use_property_split = True
+        column.row().prop(self, "sign", expand=True)
+        column.prop(self, "keep")
+        column.row().prop(self, "slots", expand=True)
+        column.prop(self, "close")
         for side in SIDES:
             draw_choice(self.layout, self, side, f"n_{side}", f"mu_{side}")
         self.layout.prop(self, "replace")
 
 
 class NIM_OT_revert(bpy.types.Operator):
-    """Give the selected meshes the materials back that they had before they became negative-index"""
+    """Give the selected objects the materials back that they had before they became negative-index"""
 
     bl_idname = "nim.revert"
     bl_label = "Take Back"
@@ -218,17 +304,17 @@ class NIM_OT_revert(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        """Only where a converted mesh is selected, in Object Mode."""
+        """Only where a converted object is selected, in Object Mode."""
         if not _poll(cls, context):
             return False
-        if not any(converted(object_) for object_ in _meshes(context)):
-            cls.poll_message_set("None of the selected meshes was made negative-index by Make Negative-Index")
+        if not any(converted(object_) for object_ in _selected(context)):
+            cls.poll_message_set("None of the selected objects was made negative-index by Make Negative-Index")
             return False
         return True
 
     def execute(self, context):
         """Take back those that can be, and name those that cannot."""
-        refused, free = _told_apart([object_ for object_ in _meshes(context) if converted(object_)])
+        refused, free = _told_apart([object_ for object_ in _selected(context) if converted(object_)])
         if not free:
             self.report({"ERROR"}, _refusals(refused))
             return {"CANCELLED"}
@@ -272,13 +358,13 @@ class NIM_PT_convert(Sidebar, bpy.types.Panel):
         """Draw its media and what they do, and the two buttons."""
         layout = self.layout
         object_ = context.object
-        material = object_.active_material if object_ and object_.type == "MESH" else None
-        if object_ and object_.type == "MESH" and len(object_.material_slots) > 1:
+        material = object_.active_material if object_ and object_.type in SURFACES else None
+        if object_ and object_.type in SURFACES and len(object_.material_slots) > 1:
             layout.template_list(
                 "MATERIAL_UL_matslots", "", object_, "material_slots", object_, "active_material_index", rows=2
             )
-        if object_ is None or object_.type != "MESH":
-            layout.label(text="Select a mesh object", icon="INFO")
+        if object_ is None or object_.type not in SURFACES:
+            layout.label(text="Select an object with a surface", icon="INFO")
         elif material is None or active_node(material) is None:
             text = pgettext_iface("{name} has no negative-index interface.").format(name=object_.name)
             draw_sentence(layout, context, text, icon="INFO")

@@ -5,6 +5,7 @@ import bpy
 import pytest
 
 from nim_addon.cycles.material import interface_material, interface_nodes, interface_of
+from nim_addon.cycles.nodes import empty_tree
 from nim_addon.physics import Medium
 
 
@@ -235,8 +236,188 @@ def test_it_survives_saving(cube, press, tmp_path):
 
 def test_poll_says_why_not(addon, press):
     select()
-    with pytest.raises(RuntimeError, match="Select a mesh object first"):
+    with pytest.raises(RuntimeError, match="Select an object with a surface first"):
         press("nim.convert")
     select(bpy.data.objects["Cube"])
-    with pytest.raises(RuntimeError, match="None of the selected meshes"):
+    with pytest.raises(RuntimeError, match="None of the selected objects"):
         press("nim.revert")
+
+
+# ------------------------------------------------------------------------------------------------ other objects than meshes
+
+
+def add_tube():
+    bpy.ops.curve.primitive_bezier_curve_add(location=(0, 0, 5))
+    bpy.context.object.data.bevel_depth = 0.1
+
+
+OTHERS = {
+    "text": lambda: bpy.ops.object.text_add(location=(0, 0, 5)),
+    "line": lambda: bpy.ops.curve.primitive_bezier_curve_add(location=(0, 0, 5)),
+    "tube": add_tube,
+    "surface": lambda: bpy.ops.surface.primitive_nurbs_surface_sphere_add(location=(0, 0, 5)),
+    "metaball": lambda: bpy.ops.object.metaball_add(location=(0, 0, 5)),
+}
+
+
+def open_ones():
+    from nim_addon import checks
+
+    return [problem.objects for problem in checks.problems(bpy.context.scene) if problem.code == "open"]
+
+
+@pytest.mark.parametrize("kind", OTHERS)
+def test_what_is_no_mesh_becomes_one_that_is_closed_and_is_as_before_again(addon, press, kind):
+    bpy.data.objects.remove(bpy.data.objects["Cube"])
+    OTHERS[kind]()
+    thing = bpy.context.object
+
+    def shape():
+        names = ("extrude", "bevel_depth", "fill_mode", "use_fill_caps")
+        return [getattr(thing.data, name, None) for name in names] + list(thing.data.materials)
+
+    before, counts = shape(), census()
+    assert press("nim.convert") == {"FINISHED"}
+    assert is_nim(thing) and not open_ones()
+    assert (shape()[:4] != before[:4]) == (kind in ("text", "line", "tube"))
+    assert press("nim.revert") == {"FINISHED"}
+    assert shape() == before and census() == counts
+
+
+def test_a_text_stays_flat_where_that_is_wanted_or_others_share_it(addon, press):
+    bpy.ops.object.text_add(location=(0, 0, 5))
+    text = bpy.context.object
+    press("nim.convert", close=False)
+    assert is_nim(text) and text.data.extrude == 0 and ("Text",) in open_ones()
+    press("nim.revert")
+    bpy.context.collection.objects.link(bpy.data.objects.new("Twin", text.data))
+    press("nim.convert")
+    assert is_nim(text) and text.data.extrude == 0
+
+
+def test_what_a_person_changed_of_a_text_since_stays(addon, press):
+    bpy.ops.object.text_add()
+    text = bpy.context.object
+    press("nim.convert")
+    text.data.extrude = 0.3
+    press("nim.revert")
+    assert text.data.extrude == pytest.approx(0.3)
+
+
+def test_metaballs_that_melt_together_are_one(addon, press):
+    bpy.ops.object.metaball_add(location=(0, 0, 5))
+    head = bpy.context.object
+    bpy.ops.object.metaball_add(location=(0, 1, 5))
+    assert bpy.context.object is not head
+    press("nim.convert")
+    assert is_nim(head) and not bpy.context.object.material_slots
+    press("nim.revert")
+    assert not is_nim(head)
+
+
+# ------------------------------------------------------------------------------------------------ what it was before
+
+
+def shaded(name, node, **values):
+    """A material of one node, with these values of its inputs."""
+    material = bpy.data.materials.new(name)
+    tree = empty_tree(material)
+    shader, output = tree.nodes.new(node), tree.nodes.new("ShaderNodeOutputMaterial")
+    for socket, value in values.items():
+        shader.inputs[socket.replace("_", " ")].default_value = value
+    tree.links.new(shader.outputs[0], output.inputs["Surface"])
+    return material
+
+
+def indices(object_):
+    return [round(interface_of(interface_nodes(slot.material)[0]).inside.n, 4) for slot in object_.material_slots]
+
+
+@pytest.mark.parametrize(
+    "node, values, n",
+    [
+        ("ShaderNodeBsdfGlass", {"IOR": 1.77}, -1.77),
+        ("ShaderNodeBsdfRefraction", {"IOR": 1.33}, -1.33),
+        ("ShaderNodeBsdfPrincipled", {"IOR": 2.4, "Transmission_Weight": 1.0}, -2.4),
+        ("ShaderNodeBsdfPrincipled", {"IOR": 2.4}, -1.5),  # opaque
+        ("ShaderNodeBsdfDiffuse", {}, -1.5),
+    ],
+)
+def test_the_index_of_a_glass_is_kept(cube, press, said, node, values, n):
+    wear(cube, shaded("Was", node, **values), 1)
+    press("nim.convert")
+    assert indices(cube) == [-1.5, n]
+    if n != -1.5:
+        assert said[-1][1].startswith(f"1 made of index -1.5, {n:g}")
+
+
+def test_its_sign_is_asked_for_and_a_medium_that_is_chosen_counts(cube, press):
+    glass = shaded("Was", "ShaderNodeBsdfGlass", IOR=1.77)
+    wear(cube, glass, 0)
+    wear(cube, glass, 1)
+    press("nim.convert", sign="POSITIVE")
+    assert indices(cube) == [1.77, 1.77] and cube.material_slots[0].material == cube.material_slots[1].material
+    press("nim.revert")
+    press("nim.convert", keep=False)
+    assert indices(cube) == [-1.5, -1.5]
+    press("nim.revert")
+    press("nim.convert", inside="nim-4.1")
+    assert indices(cube) == [-4.1, -4.1]
+
+
+def test_one_slot_and_then_the_other(cube, press):
+    before, counts = state("Cube"), census()
+    own = cube.material_slots[0].material
+    cube.active_material_index = 1
+    press("nim.convert", slots="ACTIVE")
+    assert cube.material_slots[0].material == own and interface_nodes(cube.material_slots[1].material)
+    press("nim.revert")
+    assert state("Cube") == before and census() == counts
+    press("nim.convert", slots="ACTIVE")
+    cube.active_material_index = 0
+    press("nim.convert", slots="ACTIVE", inside="nim-4.1")
+    assert indices(cube) == [-4.1, -1.5]
+    press("nim.revert")
+    assert state("Cube") == before and census() == counts
+
+
+def test_a_slot_that_was_left_alone_is_not_given_back(cube, press):
+    press("nim.convert", slots="ACTIVE")
+    other = bpy.data.materials.new("Since")
+    cube.material_slots[1].material = other
+    press("nim.revert")
+    assert cube.material_slots[1].material == other
+
+
+# ------------------------------------------------------------------------------------------------ nothing is left
+
+
+def census():
+    """The names of all data-blocks of the file, and the properties of ours that objects hold."""
+    kinds = [name for name in dir(bpy.data) if isinstance(getattr(bpy.data, name), bpy.types.bpy_prop_collection)]
+    names = {(kind, data.name) for kind in kinds for data in getattr(bpy.data, kind)}
+    return names | {(object_.name, "nim") for object_ in bpy.data.objects if object_.is_property_set("nim")}
+
+
+@pytest.mark.parametrize("backend", ["osl", "nodes"])
+@pytest.mark.parametrize("inside", ["nim-1.5", "nim-causal", "n-bk7"])
+def test_take_back_leaves_nothing_behind(cube, press, backend, inside):
+    from nim_addon.ui import preferences
+
+    preferences.settings().backend = backend
+    before = census()
+    press("nim.convert", inside="nim-4.1")
+    press("nim.convert", inside=inside, replace=True)
+    tree = cube.active_material.node_tree
+    interface_nodes(cube.active_material)[0].inputs["Roughness"].keyframe_insert("default_value", frame=1)
+    assert tree.animation_data.action and census() != before
+    press("nim.revert")
+    assert census() == before
+
+
+def test_take_back_leaves_what_others_use(cube, press):
+    other = interface_material("Other", Medium(-2.0), backend="nodes")
+    before = census()
+    press("nim.convert")
+    press("nim.revert")
+    assert census() == before and interface_nodes(other)

@@ -16,7 +16,6 @@ from ..base.text import duration
 from ..caustics.digest import digest
 from . import caustics_looks
 
-MILLION = 1_000_000  # photons in the panel's unit
 ROUND = 1 << 18  # photons of a round, at most: a window does not answer meanwhile
 LEAST_ROUNDS = 2  # of which caustics can be made: either half of them smooths the other
 # What still gets through while a window bakes: looking around. Anything else could change what is being traced.
@@ -26,7 +25,7 @@ LOOKING |= {"MOUSEMOVE", "INBETWEEN_MOUSEMOVE", "WINDOW_DEACTIVATE"}
 
 def millions(photons: float) -> str:
     """A number of photons in the panel's unit, to three digits."""
-    return f"{photons / MILLION:.3g}"
+    return f"{photons / caustics.MILLION:.3g}"
 
 
 class Run:
@@ -41,7 +40,7 @@ class Run:
         self.settings = [settings.photons, settings.texels, settings.seed]
         self.mark = digest(scene, caustics_looks.MESHES)
         self.bake = bake = caustics.Bake(
-            scene, photons=settings.photons * MILLION, texels=int(settings.texels), seed=settings.seed, most=ROUND
+            scene, photons=settings.photons * caustics.MILLION, texels=int(settings.texels), seed=settings.seed, most=ROUND
         )
         self.stack = contextlib.ExitStack()
         self.stack.enter_context(bake)
@@ -80,7 +79,7 @@ class Run:
         self.bake.put()
         collection = caustics.baked(scene)
         textures = self.bake.density.textures.values()
-        collection[caustics_looks.BAKED] = {
+        collection[caustics.REPORT] = {
             "photons": self.photons,
             "seconds": time.monotonic() - self.started,
             "surfaces": len(textures),

@@ -4,20 +4,20 @@
 from __future__ import annotations
 
 import argparse
-import contextlib
 import dataclasses
-from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..base.options import BACKENDS, CAUSTICS, FPS, LAST_FRAME, MOST_PASSES, MOST_PHOTONS, MOST_SAMPLES, MOST_SEED
-from ..base.text import fit, printable
+from ..base.text import fit
 from . import blender, words
-from .report import Output, note
+from .act import carry_out, refused, with_options
+from .render_blend import render_blend, request_of
+from .report import Output
 from .words import UsageError
 
 if TYPE_CHECKING:
-    from ..renders.request import Rendered, Request, Session
+    pass
 
 
 def add_to(commands: argparse._SubParsersAction) -> None:
@@ -122,8 +122,6 @@ def run(arguments: argparse.Namespace) -> None:
     _check_blend(arguments, of_blend)
     blender.load()
     if of_blend:
-        from .render_blend import render_blend, request_of
-
         if not arguments.wavelengths:
             return render_blend(arguments)
         with refused():
@@ -202,21 +200,6 @@ def _render_stack(request, arguments, name, record):
         output.end(files, made.record["size"], made.record["samples"])
 
 
-def with_options(request: Request, arguments: argparse.Namespace) -> Request:
-    """A request with the options of add_options() that were given; ValueError for what no render has."""
-    keys = ("samples", "seed", "backend", "denoise", "caustics", "photons", "spectral", "spectral_passes", "wavelength")
-    given = {key: getattr(arguments, key) for key in keys if getattr(arguments, key) is not None}
-    if arguments.size:
-        given["size"] = arguments.size(request.size or request.decided().size)
-    if given.get("caustics") == "path":
-        given.setdefault("photons", None)
-    if {"samples", "spectral"} & given.keys():
-        given.setdefault("spectral_passes", None)  # of an image that is repeated: as suits what is other now
-    if given.get("spectral"):
-        given.setdefault("wavelength", None)
-    return dataclasses.replace(request, **given)
-
-
 def _render_frames(request, arguments, name):
     if not request.moves:
         raise UsageError(f"nothing moves in the {request.scene}; --frames is for the pool and the sea.")
@@ -228,51 +211,3 @@ def _render_frames(request, arguments, name):
             rendered = carry_out(moment, arguments.out, f"{name}_{frame:04}", output, keep=True, blend=arguments.blend)
             output.written([rendered.exr, rendered.png])
         output.end([], rendered.record["size"], rendered.record["samples"])
-
-
-def carry_out(
-    request: Request,
-    folder: str,
-    name: str,
-    output: Output,
-    *,
-    keep: bool = False,
-    blend: bool = False,
-    made_with: str | None = None,
-    before: Callable[[Session], None] | None = None,
-) -> Rendered:
-    """Render a request, of an image that was `made_with` that Blender; `keep` and `blend` as Session.render() has them.
-
-    before: what looks at its session, a renders.session.Session, before it is rendered
-    """
-    from bpy.app import version_string
-
-    from ..renders.session import Session
-
-    def showing(name, samples):
-        if made_with not in (None, version_string) and not output.quiet:
-            note(f"made with Blender {printable(made_with)}, repeated with {version_string}.")
-        return output.showing(name, samples)
-
-    with refused(), Session(request) as session:
-        if before:
-            before(session)
-        rendered = session.render(folder, name, keep=keep, blend=blend, showing=showing, tracing=output.tracing)
-    if rendered.was_there and not output.quiet:
-        note(f"{rendered.exr} is there already.")
-    return rendered
-
-
-@contextlib.contextmanager
-def refused() -> Iterator[None]:
-    """Say in the words of the command what makes no sense in a request."""
-    from ..renders.request import NoPhotons, NotTraced
-
-    try:
-        yield
-    except NoPhotons:
-        raise UsageError("--photons goes with --caustics traced.") from None
-    except NotTraced as error:
-        raise UsageError(f"--caustics traced: {error}") from None
-    except ValueError as error:
-        raise UsageError(str(error)) from None

@@ -5,12 +5,10 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-from collections.abc import Callable
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from . import words
-from .render import carry_out, refused, with_options
+from .act import carry_out, refused, with_options
 from .report import Failure, Output, note
 from .words import UsageError
 
@@ -88,5 +86,3 @@ class _Said:
 
 def _at(request):
     return f"frame {request.frame}: " if request.frame is not None else ""
-
-

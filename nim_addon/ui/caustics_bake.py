@@ -13,6 +13,7 @@ from bpy.app.translations import pgettext_iface, pgettext_rpt
 
 from .. import caustics
 from ..base.text import duration
+from ..caustics import MILLION
 from ..caustics.digest import digest
 from . import caustics_looks
 
@@ -25,7 +26,7 @@ LOOKING |= {"MOUSEMOVE", "INBETWEEN_MOUSEMOVE", "WINDOW_DEACTIVATE"}
 
 def millions(photons: float) -> str:
     """A number of photons in the panel's unit, to three digits."""
-    return f"{photons / caustics.MILLION:.3g}"
+    return f"{photons / MILLION:.3g}"
 
 
 class Run:
@@ -40,7 +41,7 @@ class Run:
         self.settings = [settings.photons, settings.texels, settings.seed]
         self.mark = digest(scene, caustics_looks.MESHES)
         self.bake = bake = caustics.Bake(
-            scene, photons=settings.photons * caustics.MILLION, texels=int(settings.texels), seed=settings.seed, most=ROUND
+            scene, photons=settings.photons * MILLION, texels=int(settings.texels), seed=settings.seed, most=ROUND
         )
         self.stack = contextlib.ExitStack()
         self.stack.enter_context(bake)

@@ -11,6 +11,7 @@ from nim_addon.base.streams import quiet
 from nim_addon.cycles import settings
 from nim_addon.cycles.images import read_metadata
 from nim_addon.cycles.material import interface_material
+from nim_addon.cycles.nodes import empty_tree
 from nim_addon.physics import Medium
 
 
@@ -81,9 +82,7 @@ def test_what_the_checks_find_is_said_before_and_refused_where_that_is_strict(sc
     scene.cycles.caustics_refractive = False
     image = bpy.data.images.new("Lost", 4, 4)
     image.source, image.filepath = "FILE", "//lost.png"
-    ground = bpy.data.materials["Ground"]
-    ground.use_nodes = True
-    ground.node_tree.nodes.new("ShaderNodeTexImage").image = image
+    empty_tree(bpy.data.materials["Ground"]).nodes.new("ShaderNodeTexImage").image = image
     words = ["render", saved(), "--out", str(tmp_path / "out")]
     assert command.main([*words, "--strict"]) == 1
     said = capsys.readouterr().err

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from . import words
@@ -65,10 +66,13 @@ class _Said:
     def __call__(self, session: Session) -> None:
         """Say what a render would show wrong; Failure instead of the first of it where that is strict."""
         from .. import checks
-        from ..renders.blends import missing_files
+        from ..renders.asked import known
+        from ..renders.blends import missing_files, newer
 
         decided, scene = session.request, session.scene
-        wrong = [f"{file} is missing, which the scene needs." for file in missing_files(scene)]
+        later = newer(Path(known(decided.blend).file))
+        wrong = [f"it was saved by Blender {later}, and this is older; what is new there is lost."] if later else []
+        wrong += [f"{file} is missing, which the scene needs." for file in missing_files(scene)]
         wrong += [problem.sentence for problem in checks.problems(scene)]
         if wrong and self.strict:
             more = f" ({len(wrong) - 1} more)" * (len(wrong) > 1)

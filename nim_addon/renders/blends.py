@@ -84,16 +84,15 @@ def _scenes_of(path):
     except (OSError, RuntimeError):
         names = []
     if not names:
-        saved = _version_of(path)
-        if saved and saved > bpy.app.version[:2]:
-            newer, this = (".".join(map(str, version)) for version in (saved, bpy.app.version[:2]))
-            raise ValueError(f"{path} was saved by Blender {newer}, which this one, {this}, cannot read; use {newer}.")
+        if later := newer(path):
+            this = ".".join(map(str, bpy.app.version[:2]))
+            raise ValueError(f"{path} was saved by Blender {later}, which this one, {this}, cannot read; use {later}.")
         raise ValueError(f"{path} is not a Blender file with a scene in it.")
     return names
 
 
-def _version_of(path):
-    """The version, (5, 2), of the Blender that saved a file, as its head has it; None where that is not seen."""
+def newer(path: Path) -> str | None:
+    """The version of the Blender that saved a file, "5.2", where its head has one that is later than this; else None."""
     with path.open("rb") as stream:
         head = stream.read(4)
     if head == ZSTD:  # compressed, which Python cannot read by itself
@@ -109,7 +108,8 @@ def _version_of(path):
             head = stream.read(17)
     # BLENDER-v405 until 4.5, BLENDER17-01v0500 from 5.0 on
     found = re.match(rb"BLENDER(?:\d\d-\d\dv0?(\d+)(\d\d)|[-_][vV](\d)(\d\d))", head)
-    return found and tuple(int(number) for number in found.groups() if number)
+    version = tuple(int(number) for number in found.groups() if number) if found else ()
+    return ".".join(map(str, version)) if version > bpy.app.version[:2] else None
 
 
 def missing_files(scene: bpy.types.Scene) -> list[str]:

@@ -44,7 +44,7 @@ def saved(scene, tmp_path, capsys):
     def save():
         file = tmp_path / "mine.blend"
         with quiet():
-            bpy.ops.wm.save_as_mainfile(filepath=str(file), copy=True)
+            bpy.ops.wm.save_as_mainfile(filepath=str(file), copy=True, compress=False)
             bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
         capsys.readouterr()  # which Blender says some of later
         return str(file)
@@ -136,6 +136,11 @@ def test_what_no_scene_of_a_blend_can_give_is_refused(scene, saved, tmp_path, ca
     (tmp_path / "later.blend").write_bytes(b"BLENDER17-01v9901" + bytes(100))
     assert command.main(["render", str(tmp_path / "later.blend")]) == 2
     assert "was saved by Blender 99.1" in capsys.readouterr().err
+    later = (tmp_path / "mine.blend").read_bytes()
+    place = 15 if later.startswith(b"BLENDER17") else 10
+    (tmp_path / "mine.blend").write_bytes(later[:place] + b"99" + later[place + 2 :])  # of the minor version
+    assert command.main(["render", file, "--strict"]) == 1
+    assert ".99, and this is older; what is new there is lost" in capsys.readouterr().err
     assert command.main(["render", "sphere", "--strict"]) == 2
     assert "--strict is of a .blend" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()

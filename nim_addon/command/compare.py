@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING
 
 from ..base.text import in_any_case
 from . import blender, words
-from .act import carry_out, refused, with_options
-from .render import add_options
+from .render import add_options, carry_out, refused, with_options
 from .report import Output
 from .words import UsageError
 

@@ -4,9 +4,7 @@
 from __future__ import annotations
 
 import argparse
-import csv
 import math
-import sys
 import textwrap
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -18,17 +16,14 @@ from ..base import records
 from ..physics import DISPERSIVE, REPRESENTATIVE_NM, VISIBLE_NM, Interface, Medium
 from ..physics.media import to_number
 from ..physics.spectra import wavelengths
+from ..physics.tables import HEAD, SPECTRAL_HEAD, Row, as_csv, spectrum, table
 from . import words
 from .words import UsageError
 
-HEAD = ("theta_i", "theta_t", "R_s", "R_p", "R", "T")
-SPECTRAL_HEAD = ("wavelength", "n", "k", "R_s", "R_p", "R")
 STEP = 5  # degrees
 STEP_NM = 10
 MOST_ROWS = 10_000
 
-# The angle of incidence and that of refraction, degrees, None where no ray goes on, and the four of Interface.fresnel().
-Row = tuple[int | float | None, ...]
 # The first wavelength, the last and the step, nanometres; () where none were given.
 Steps = tuple[float, ...]
 
@@ -124,35 +119,12 @@ def run(arguments: argparse.Namespace) -> None:
     except ValueError as error:  # a medium that is not known at such a wavelength
         raise UsageError(str(error)) from None
     if arguments.csv:
-        out = csv.writer(sys.stdout, lineterminator="\n")
-        out.writerow(answer.head)
-        out.writerows([["" if value is None else value for value in row] for row in answer.rows])
+        print(as_csv(answer.head, answer.rows), end="")
     elif arguments.json:
         rows = [dict(zip(answer.head, row, strict=True)) for row in answer.rows]
         print(records.text({**answer.told, "rows": rows}))
     else:
         print("\n".join(answer.lines))
-
-
-def table(interface: Interface, step: int) -> list[Row]:
-    """A row each `step` degrees from 0, and one at 90, of media at one wavelength."""
-    angles = np.unique([*range(0, 90, step), 90])
-    cosines = np.where(angles == 90, 0.0, np.cos(np.radians(angles)))
-    theta_t = np.degrees(interface.theta_t(np.radians(angles)))
-    return [
-        (int(theta), None if math.isnan(refracted) else float(refracted) + 0.0, *map(float, powers))
-        for theta, refracted, *powers in zip(angles, theta_t, *interface.fresnel(cosines), strict=True)
-    ]
-
-
-def spectrum(interface: Interface, wavelengths_nm: NDArray, angle: float) -> list[Row]:
-    """A row for each wavelength: it, n and k of the inside, and R_s, R_p and R at an angle of incidence, degrees."""
-    cosine = 0.0 if angle == 90 else math.cos(math.radians(angle))
-    rows = []
-    for wavelength in wavelengths_nm.tolist():
-        there = interface.at(wavelength)
-        rows.append((wavelength, there.inside.n, there.inside.k, *map(float, there.fresnel(cosine)[:3])))
-    return rows
 
 
 def _places(interface: Interface, steps: Steps) -> NDArray:

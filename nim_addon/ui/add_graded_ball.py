@@ -25,7 +25,10 @@ DEVICE_ITEMS = (
     ("cloak", "Cloak", "It leads light around what is in its hollow", "NONE", 5),
     ("turn", "Turn", "It turns all light by the same angle", "NONE", 6),
 )
-SURFACE_ITEMS = (("mirror", "Mirror", "", "NONE", 0), ("black", "Black", "", "NONE", 1))
+SURFACE_ITEMS = (
+    ("mirror", "Mirror", "It reflects all light", "NONE", 0),
+    ("black", "Black", "It takes all light", "NONE", 1),
+)
 
 
 class BallChoice:

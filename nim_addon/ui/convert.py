@@ -12,7 +12,7 @@ from ..cycles.surface import remove_material
 from ..cycles.visibility import SURFACES, materials_of
 from ..physics import Interface, Medium
 from . import curves, warnings
-from .material import draw_media, draw_summary
+from .material import draw_media, draw_readings, draw_summary
 from .material_values import active_node
 from .media import (
     SIDES,
@@ -372,6 +372,10 @@ class NIM_PT_convert(Sidebar, bpy.types.Panel):
             layout.label(text=f"{object_.name}: {material.name}", icon="MATERIAL", translate=False)
             draw_media(layout, context, material)
             draw_summary(layout, context, material)
+            header, body = layout.panel("NIM_curve", default_closed=True)
+            header.label(text="Reflectance")
+            if body:
+                draw_readings(body, context, material)
         column = layout.column(align=True)
         column.operator("nim.convert", icon="MATERIAL")
         column.operator("nim.revert", icon="LOOP_BACK")

@@ -4,6 +4,8 @@
 Each is made once for each interface.
 """
 
+import copy
+import functools
 import math
 from collections import OrderedDict
 from typing import NamedTuple
@@ -19,7 +21,7 @@ from . import deferred
 # Colours, 0 to 1: the ground, axes and grid, text, and the curves.
 GROUND, GRID, TEXT = (0.11, 0.11, 0.12), (0.25, 0.25, 0.27), (0.72, 0.72, 0.72)
 R_COLOR, S_COLOR, P_COLOR, BACK_COLOR = (1.0, 1.0, 1.0), (0.35, 0.65, 1.0), (1.0, 0.62, 0.25), (0.52, 0.52, 0.55)
-N_COLOR, K_COLOR = P_COLOR, S_COLOR
+N_COLOR, K_COLOR, PROBE_COLOR = P_COLOR, S_COLOR, (0.45, 0.9, 0.45)
 ANGLES = np.radians(np.linspace(0, 90, 721))
 WAVELENGTHS = np.linspace(*VISIBLE_NM, 141)
 # A k below it shows nothing that its curve could: the reading says it.
@@ -44,6 +46,13 @@ LETTERS = {
     "n": (0, 0, 22, 25, 17, 17, 17),
     "s": (0, 0, 15, 16, 14, 1, 30),
     "p": (0, 0, 30, 17, 30, 16, 16),
+    "m": (0, 0, 26, 21, 21, 21, 21),
+    "θ": (14, 17, 17, 31, 17, 17, 14),
+    "λ": (8, 4, 4, 10, 10, 17, 17),
+    "°": (12, 18, 18, 12, 0, 0, 0),
+    "(": (2, 4, 8, 8, 8, 4, 2),
+    ")": (8, 4, 2, 2, 2, 4, 8),
+    " ": (0, 0, 0, 0, 0, 0, 0),
 }
 
 # Icons are never freed while the add-on runs, since a region may still show one: a few are used over and over.
@@ -57,12 +66,22 @@ class Shown(NamedTuple):
 
     interface:    the media
     wavelength:   in vacuum, nanometres, of R over the angle of incidence; of no weight for real media
-    by_wavelength: n, k and R over the wavelength instead
+    by_wavelength: n, k and R over the wavelength instead, which is marked there
+    angle:        of incidence, radians, that is marked on the curve over the angle; None for no mark
+    from_inside:  whether the light that it is of comes from inside
     """
 
     interface: Interface
     wavelength: float = REPRESENTATIVE_NM
     by_wavelength: bool = False
+    angle: float | None = None
+    from_inside: bool = False
+
+    @property
+    def probed(self) -> Interface:
+        """The interface as the light of the mark meets it: from its outside, at the wavelength."""
+        there = self.interface.at(self.wavelength)
+        return there.reversed() if self.from_inside else there
 
 
 def picture(shown: Shown, size: int, scale: float = 1.0) -> NDArray:
@@ -72,7 +91,19 @@ def picture(shown: Shown, size: int, scale: float = 1.0) -> NDArray:
     known at the wavelength.
     """
     draw = _by_wavelength if shown.by_wavelength else _by_angle
-    return draw(shown, _Plot(size, scale)).image
+    # while the mark is dragged the lines stay
+    plot = draw(shown.interface, REPRESENTATIVE_NM if shown.by_wavelength else shown.wavelength, size, scale)
+    plot = plot.copy()
+    if shown.angle is None:
+        return plot.image
+    if shown.by_wavelength:
+        first, last = VISIBLE_NM
+        plot.probe(
+            (shown.wavelength - first) / (last - first), float(shown.interface.at(shown.wavelength).fresnel(1.0).R)
+        )
+    else:
+        plot.probe(shown.angle / (np.pi / 2), float(shown.probed.fresnel(max(0.0, math.cos(shown.angle))).R))
+    return plot.image
 
 
 class _Plot:
@@ -82,8 +113,14 @@ class _Plot:
         self.image = np.ones((size, size, 4), np.float32)
         self.image[..., :3] = GROUND
         self.scale, self.dot = scale, max(1, round(scale))
-        self.left, self.bottom = 24 * self.dot, 16 * self.dot
+        self.left, self.bottom = 24 * self.dot, 27 * self.dot
         self.right, self.top = size - 8 * self.dot, size - 18 * self.dot
+
+    def copy(self):
+        """One to draw on that leaves this one as it is."""
+        other = copy.copy(self)
+        other.image = self.image.copy()
+        return other
 
     def place(self, x, y):
         """Pixels of parts of the axes, 0 to 1."""
@@ -105,8 +142,26 @@ class _Plot:
         """The names of the curves, in their colours, above the axes."""
         x = self.left
         for text, color in curves:
-            self.write(text, x, self.top + 7 * self.dot, color)
+            self.write(text[:1], x, self.top + 7 * self.dot, color)
+            self.write(text[1:], x + 6 * self.dot, self.top + 5 * self.dot, color)  # lower, as an index
             x += (6 * len(text) + 8) * self.dot
+
+    def title(self, text):
+        """What the axis across is, below its numbers."""
+        middle = (self.left + self.right) // 2
+        self.write(text, middle - 3 * self.dot * len(text), self.bottom - 24 * self.dot, TEXT)
+
+    def probe(self, x, y):
+        """A mark on a curve, and the line upwards through it."""
+        column, row = self.place(x, y)
+        self.image[self.bottom : self.top + 1, round(column) : round(column) + self.dot, :3] = PROBE_COLOR
+        self._disc(column, row, 4.5 * self.scale, GROUND)
+        self._disc(column, row, 3.2 * self.scale, PROBE_COLOR)
+
+    def _disc(self, x, y, radius, color):
+        rows, columns = np.indices(self.image.shape[:2])
+        cover = np.clip(radius + 0.5 - np.hypot(columns - x, rows - y), 0, 1)[..., None].astype(np.float32)
+        self.image[..., :3] += cover * (np.array(color, np.float32) - self.image[..., :3])
 
     def write(self, text, x, y, color):
         """Letters from a pixel on."""
@@ -117,14 +172,17 @@ class _Plot:
         _curve(self.image, *self.place(x, y), width * self.scale, color, dash and dash * self.scale)
 
 
-def _by_angle(shown: Shown, plot: _Plot) -> _Plot:
+@functools.lru_cache(maxsize=8)
+def _by_angle(interface: Interface, wavelength: float, size: int, scale: float) -> _Plot:
     """R(theta_i), R_s and R_p from outside, and R from inside (grey, dashed), over 0 to 90 degrees."""
+    plot = _Plot(size, scale)
     for degrees in (0, 30, 60, 90):
         plot.mark_x(degrees / 90, str(degrees))
     for value in (0, 0.5, 1):
         plot.mark_y(value, f"{value:g}")
+    plot.title("θ (°)")
     plot.name(("R", R_COLOR), ("Rs", S_COLOR), ("Rp", P_COLOR))
-    there = shown.interface.at(shown.wavelength)
+    there = interface.at(wavelength)
     cos, x = np.cos(ANGLES), ANGLES / (np.pi / 2)
     ahead, back = there.fresnel(cos), there.reversed().fresnel(cos)
     plot.curve(x, back.R, 1.3, BACK_COLOR, dash=8)
@@ -134,12 +192,14 @@ def _by_angle(shown: Shown, plot: _Plot) -> _Plot:
     return plot
 
 
-def _by_wavelength(shown: Shown, plot: _Plot) -> _Plot:
+@functools.lru_cache(maxsize=8)
+def _by_wavelength(interface: Interface, _wavelength: float, size: int, scale: float) -> _Plot:
     """R at normal incidence (white, 0 to 1 on the left), and n and k (on the right), over the visible wavelengths.
 
     Where both media are known; with the colours of the wavelengths below.
     """
-    nm, n, k, R = spectrum(shown.interface)
+    plot = _Plot(size, scale)
+    nm, n, k, R = spectrum(interface)
     with_k = k.max() >= LEAST_K
     marks = _marks(*((min(n.min(), k.min()), max(n.max(), k.max())) if with_k else (n.min(), n.max())))
     texts = [f"{mark:.4g}" for mark in marks]
@@ -147,6 +207,7 @@ def _by_wavelength(shown: Shown, plot: _Plot) -> _Plot:
     first, last = VISIBLE_NM
     for wavelength in (400, 500, 600, 700):
         plot.mark_x((wavelength - first) / (last - first), str(wavelength))
+    plot.title("λ (nm)")
     columns = np.arange(plot.left, plot.right + 1)
     colours = encoded(of_wavelength(np.linspace(first, last, len(columns))))
     plot.image[plot.bottom - 3 * plot.dot : plot.bottom, columns, :3] = colours

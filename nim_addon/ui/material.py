@@ -14,18 +14,20 @@ from ..physics.refractiveindex import SUFFIXES, load
 from . import curve, warnings
 from .material_media import medium_node_of, sockets_by_output
 from .material_values import (
+    SYMBOLS,
     active_node,
     choose_medium,
     complaints,
     interface_shown,
     medium_name,
-    note,
+    sign_note,
     sockets_of,
     source_name,
     wavelength_of,
 )
 from .media import ABSORBING, FILE, SIDES, backend_for, number
 from .panels import Sidebar, draw_sentence
+from .probe import draw_choices, draw_probe, shown_of
 from .readings import readings, summary
 
 # Wider than this, at a scale of 1, a region shows the curve beside the numbers; narrower, below them.
@@ -62,27 +64,27 @@ def draw_media(layout: bpy.types.UILayout, context: bpy.types.Context, material:
 
 
 def _draw_numbers(column, context, material, side):
-    """Draw n and mu of a side that no medium's node decides, and its absorption length where it has one."""
+    """Draw n and mu of a side that no medium's node decides, and its absorption length where it has one.
+
+    They are the sockets themselves: what Blender has for a value, keyframes, drivers, its menu, it has for these.
+    """
     node = active_node(material)
     sockets = sockets_of(node, side)
-    decided = [socket.is_linked or _animated(material, socket) for socket in sockets]
-    if not any(decided):
+    if not any(socket.is_linked or _animated(material, socket) for socket in sockets):
         column.prop(material.nim, f"medium_{side}", text="")
-    row = column.row(align=True)
-    for socket, name, elsewhere in zip(sockets, ("n", "mu"), decided, strict=True):
+    # side by side there is no room for the words
+    numbers = column if any(socket.is_linked for socket in sockets) else column.row(align=True)
+    for socket, name in zip(sockets, SYMBOLS, strict=True):
         if socket.is_linked:
-            row.label(text=f"{name}: {pgettext_iface('from the node tree')}", icon="LINKED", translate=False)
-        elif elsewhere:
-            row.prop(socket, "default_value", text=name, translate=False)
+            numbers.label(text=f"{name}: {pgettext_iface('from the node tree')}", icon="LINKED", translate=False)
         else:
-            row.prop(material.nim, f"{name}_{side}", text=name, translate=False)
+            numbers.prop(socket, "default_value", text=name, translate=False)
     if medium_name(node, side) == ABSORBING:
         column.prop(material.nim, f"length_{side}")
-    if text := note(material, side):
+    for text in complaints(node, side):
+        draw_sentence(column, context, text, icon="ERROR")
+    if text := sign_note(node, side):
         draw_sentence(column, context, text, icon="INFO")
-    else:
-        for text in complaints(node, side):
-            draw_sentence(column, context, text, icon="ERROR")
 
 
 def draw_loss(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:
@@ -104,7 +106,7 @@ def draw_loss(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:
         for name in ("k", "length"):
             column.prop(material.nim, f"{name}_{side}")
         if loss := sockets_by_output(node, side).get("Permeability Loss"):
-            column.prop(loss, "default_value", text="Loss of mu")
+            column.prop(loss, "default_value", text="Loss of μ")
 
 
 def draw_surface(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:
@@ -142,17 +144,18 @@ def draw_summary(layout: bpy.types.UILayout, context: bpy.types.Context, materia
 
 
 def draw_readings(layout: bpy.types.UILayout, context: bpy.types.Context, material: bpy.types.Material) -> None:
-    """Draw what the media of a material's interface node mean: numbers and the curve."""
+    """Draw what the media of a material's interface node mean: numbers, the curve and the probe on it."""
     node = active_node(material)
     interface = interface_shown(node)
     if interface is None and any(complaints(node, side) for side in SIDES):
         return  # which draw_media() says
     if interface is None:
-        text = pgettext_iface("The node tree decides n or mu, point by point: there is no one curve to show.")
+        text = pgettext_iface("The node tree decides n or μ, point by point: there is no one curve to show.")
         draw_sentence(layout, context, text, icon="INFO")
         return
     box = layout.box()
-    shown = _shown(box, context.scene, interface)
+    draw_choices(box, context.scene, interface)
+    shown = shown_of(context.scene, interface)
     try:
         lines = readings(interface, shown.wavelength)
     except ValueError:  # which draw_summary() says
@@ -179,21 +182,9 @@ def draw_readings(layout: bpy.types.UILayout, context: bpy.types.Context, materi
     if shown.by_wavelength:
         text = pgettext_iface("Over the wavelength in nm: R at normal incidence, left; n and k, right.")
     else:
-        text = pgettext_iface("R over the angle of incidence. Solid: from outside; dashed: from inside.")
+        text = pgettext_iface("R over the angle of incidence θ. Solid: from outside; dashed: from inside.")
     draw_sentence(box, context, text)
-
-
-def _shown(layout, scene, interface):
-    """The curve.Shown of an interface; what a person can choose of it is drawn, as far as the media leave a choice."""
-    settings, wavelength = scene.nim_curve, wavelength_of(scene)
-    if interface.inside.is_real and interface.outside.is_real:
-        return curve.Shown(interface)
-    by_wavelength = False
-    if interface.inside.dispersion or interface.outside.dispersion:
-        layout.row().prop(settings, "over", expand=True)
-        by_wavelength = settings.over == "WAVELENGTH"
-    layout.prop(settings, "wavelength")
-    return curve.Shown(interface, wavelength, by_wavelength)
+    draw_probe(box, context, material, shown)
 
 
 def draw_backend(layout: bpy.types.UILayout, material: bpy.types.Material) -> None:

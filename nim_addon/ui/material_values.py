@@ -49,16 +49,17 @@ def _values(node, side):
     return n, math.copysign(mu, n)
 
 
+SYMBOLS = "n", "μ"
 # What a medium absorbs within that begins to absorb, metres: of the size of a thing that one looks through.
 FIRST_LENGTH = 0.1
 NO_INDEX = "n = 0 refracts nothing: give a positive index, or a negative one for a NIM."
-NO_PERMEABILITY = "mu = 0 has no impedance: give a positive or a negative permeability."
+NO_PERMEABILITY = "μ = 0 has no impedance: give a positive or a negative permeability."
 
 
 def complaints(node: bpy.types.Node, side: str) -> list[str]:
     """What is wrong with n and mu of a side, in a sentence each: what a script, a Value node or a keyframe may put there."""
     found = []
-    for socket, name, none in zip(sockets_of(node, side), ("n", "mu"), (NO_INDEX, NO_PERMEABILITY), strict=True):
+    for socket, name, none in zip(sockets_of(node, side), SYMBOLS, (NO_INDEX, NO_PERMEABILITY), strict=True):
         value = number_of(socket)
         if value is None or LEAST_MAGNITUDE <= abs(value) <= MOST_MAGNITUDE:  # which what is no number is not
             continue
@@ -78,43 +79,22 @@ def complaints(node: bpy.types.Node, side: str) -> list[str]:
     return found
 
 
-# What the panel says about the last value typed in, as long as the values are those it left behind.
-_notes = {}
+def sign_note(node: bpy.types.Node, side: str) -> str:
+    """What to say where mu has the sign that it cannot have beside n, and so counts with the other; empty where it has not.
 
-
-def note(material: bpy.types.Material, side: str) -> str:
-    """What was changed of the value that was typed in last; empty where nothing was, or it is another by now."""
-    node = active_node(material)
-    values, text, filled = _notes.get((material.session_uid, side), (None, "", {}))
-    return pgettext_iface(text).format(**filled) if values == _values(node, side) else ""
-
-
-def _set_values(material, side, n, mu):
-    """Write n and mu into the sockets; mu takes the sign of n, and neither may be 0. The panel says what was changed."""
-    node = active_node(material)
-    if node is None or not material.is_editable:
-        return
-    before = _values(node, side)
-    text, filled = "", {}
-    # a script may write what a slider does not let through; what is no number is kept, and complained of, if it was there
-    n, mu = (
-        given if math.isnan(given) else max(-most, min(given, most)) for given, most in ((n, MOST_N), (mu, MOST_MU))
-    )
-    if n == 0 or math.isnan(n):
-        n, text = before[0], NO_INDEX
-    if mu == 0 or math.isnan(mu):
-        mu, text = before[1], text or NO_PERMEABILITY
-    if not text and math.copysign(mu, n) != mu:
-        text, filled = "mu set to {mu} to go with n = {n}.", {"mu": number(-mu), "n": number(n)}
-    for socket, value in zip(sockets_of(node, side), (n, math.copysign(mu, n)), strict=True):
-        if socket.default_value != value:
-            socket.default_value = value
-    if text:
-        _notes[material.session_uid, side] = (_values(node, side), text, filled)
+    As both shaders read it, and cycles.material.interface_of(): Re(mu n*) is never negative.
+    """
+    n, mu = (number_of(socket) for socket in sockets_of(node, side))
+    if n is None or mu is None:
+        return ""
+    k, _, mu_imag = _loss(node, side)
+    if n * mu + k * mu_imag >= 0 or not math.isfinite(n * mu):
+        return ""
+    return pgettext_iface("μ counts as {mu} here: it takes the sign of n.").format(mu=number(-mu))
 
 
 def _number_property(side, which, **how):
-    """A side's n (0) or mu (1), as `which` says, which lives in the node's socket."""
+    """A side's n (0) or mu (1), as `which` says, for scripts: no more than another name of the node's socket."""
 
     def read(self):
         node = active_node(self.id_data)
@@ -122,37 +102,20 @@ def _number_property(side, which, **how):
 
     def write(self, value):
         node = active_node(self.id_data)
-        if node:
-            values = list(_values(node, side))
-            values[which] = value
-            _set_values(self.id_data, side, *values)
+        if node and self.id_data.is_editable:
+            sockets_of(node, side)[which].default_value = value
 
     return bpy.props.FloatProperty(get=read, set=write, precision=3, options=set(), **how)
 
 
 def _index(side):
-    return _number_property(
-        side,
-        0,
-        name="n",
-        description="Refractive index; negative for a negative-index material. To animate it, put keyframes on the "
-        "node's own socket",
-        min=-MOST_N,
-        max=MOST_N,
-        step=1,
-    )
+    text = "Refractive index, as the node's own socket holds it; negative for a negative-index material"
+    return _number_property(side, 0, name="n", description=text, min=-MOST_N, max=MOST_N)
 
 
 def _permeability(side):
-    return _number_property(
-        side,
-        1,
-        name="mu",
-        description="Relative permeability; it always has the sign of n",
-        min=-MOST_MU,
-        max=MOST_MU,
-        step=10,
-    )
+    text = "Relative permeability, as the node's own socket holds it, with the sign of n"
+    return _number_property(side, 1, name="μ", description=text, min=-MOST_MU, max=MOST_MU)
 
 
 def _loss(node, side):
@@ -273,7 +236,7 @@ def _medium(side):
 
     return bpy.props.EnumProperty(
         name="Medium",
-        description="A ready medium; n and mu can be typed below",
+        description="A ready medium; n and μ can be typed below",
         items=PANEL_ITEMS,
         translation_context=OWN,
         get=read,
@@ -283,7 +246,10 @@ def _medium(side):
 
 
 class NIM_PG_material(bpy.types.PropertyGroup):
-    """The media of a material's interface node. Nothing is stored here: the values are the node's own sockets."""
+    """The media of a material's interface node. Nothing is stored here: the values are the node's own sockets.
+
+    n and mu are for scripts: panels show the sockets themselves, which can be animated.
+    """
 
     medium_inside: _medium("inside")
     medium_outside: _medium("outside")
@@ -317,6 +283,25 @@ class NIM_PG_curve(bpy.types.PropertyGroup):
         max=VISIBLE_NM[1],
         step=1000,
         precision=1,
+    )
+    side: bpy.props.EnumProperty(
+        name="From",
+        description="Which side the light of the probe comes from",
+        items=(
+            ("OUTSIDE", "From Outside", "Light from the side that the normals point to", "NONE", 0),
+            ("INSIDE", "From Inside", "Light from behind the faces", "NONE", 1),
+        ),
+    )
+    angle: bpy.props.FloatProperty(
+        name="θ₁",
+        description="Angle of incidence of the probe: R, T and the angle of the transmitted ray are told, and marked on the "
+        "curve; no render depends on it",
+        default=math.radians(45),
+        min=0.0,
+        max=math.pi / 2,
+        subtype="ANGLE",
+        step=100,
+        precision=2,
     )
 
 
@@ -365,4 +350,3 @@ def unregister():
     """Take them back."""
     del bpy.types.Scene.nim_curve
     del bpy.types.Material.nim
-    _notes.clear()

@@ -58,7 +58,7 @@ DISPERSIVE_TEXTS = {
     "gold": ("Gold", "After Johnson and Christy 1972: a mirror of yellow and red, nothing is seen through it"),
     "nim-causal": (
         "NIM, causal",
-        "n = -1.33 at 550 nm, epsilon = mu after Drude: the least dispersion that causality allows a NIM without loss; "
+        "n = -1.33 at 550 nm, ε = μ after Drude: the least dispersion that causality allows a NIM without loss; "
         "red bends most, by far",
     ),
     "nim-normal": (
@@ -92,15 +92,20 @@ def plain(value: float) -> float:
     return float(str(np.float32(value)))
 
 
+def numbers_of(medium: Medium) -> str:
+    """The numbers of a medium as a person writes them: n, and mu where it is not 1 with the sign of n."""
+    mu = "" if abs(medium.mu) == 1 else f", μ = {number(medium.mu)}"
+    return f"n = {number(medium.n)}{mu}"
+
+
 def _label(name):
     medium = MEDIA[name]
-    text = f"{MEDIUM_NAMES.get(name, 'NIM')}   {number(medium.n)}"
-    return text if abs(medium.mu) == 1 else f"{text}, mu {number(medium.mu)}"
+    return f"{MEDIUM_NAMES.get(name, 'NIM')} ({numbers_of(medium)})"
 
 
 def _help(name):
     medium = MEDIA[name]
-    return f"n = {number(medium.n)}, mu = {number(medium.mu)}"
+    return f"n = {number(medium.n)}, μ = {number(medium.mu)}"
 
 
 def _heading(text):
@@ -116,7 +121,7 @@ MEDIUM_ITEMS = (
     _heading("To teach with, by wavelength"),
     *((name, *DISPERSIVE_TEXTS[name], "NONE", value) for name, value in TAUGHT_NUMBERS.items()),
     _heading("Your own"),
-    (CUSTOM, "Own values", "The n and mu that are typed in", "NONE", 0),
+    (CUSTOM, "Own values", "The n and μ that are typed in", "NONE", 0),
 )
 # And of a material that is there already.
 PANEL_ITEMS = (
@@ -124,7 +129,7 @@ PANEL_ITEMS = (
     (
         ABSORBING,
         "Own values, absorbing",
-        "The n and mu that are typed in, in which light falls to 1/e over the absorption length, in all colours alike",
+        "The n and μ that are typed in, in which light falls to 1/e over the absorption length, in all colours alike",
         "NONE",
         ABSORBING_NUMBER,
     ),
@@ -161,7 +166,7 @@ def index_property(default: float):
 def permeability_property():
     """A FloatProperty of |mu|, for an operator whose medium is "custom"."""
     return bpy.props.FloatProperty(
-        name="|mu|",
+        name="|μ|",
         description="Relative permeability; it takes the sign of n",
         min=0.001,
         max=MOST_MU,

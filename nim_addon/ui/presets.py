@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The menu of presets of each scene: the pictures of the figures, and what a person has saved."""
 
+import re
 from pathlib import Path
 
 import bpy
@@ -13,6 +14,9 @@ from ..renders.request import Request
 from ..scenes import SCENES
 from .scene_settings import GROUPS, take
 from .translations import OWN
+
+# What captions spell out, since a terminal shows them too.
+SYMBOLS = {"mu": "μ", "eta": "η"}
 
 
 def recipes_of(scene: str) -> list[tuple[Figure, list[Recipe]]]:
@@ -59,7 +63,16 @@ class NIM_OT_load_figure(bpy.types.Operator):
 
 
 def _named(figure, text):
-    return pgettext_iface("Figure {number}: {text}").format(number=figure.number, text=pgettext_iface(text, OWN))
+    return pgettext_iface("Figure {number}: {text}").format(number=figure.number, text=caption(text))
+
+
+def caption(text: str) -> str:
+    """A figure's caption as a menu has it: in the user's language, symbols as symbols, the first word with a capital."""
+    text = pgettext_iface(text, OWN)
+    for word, symbol in SYMBOLS.items():
+        text = re.sub(rf"\b{word}\b", symbol, text)
+    # a quantity keeps its letter: n is an index, N is none
+    return text if re.match(r"\w+\s=", text) else text[:1].upper() + text[1:]
 
 
 class NIM_OT_load_preset(bpy.types.Operator):
@@ -124,8 +137,9 @@ def _draw(self, context):
     for figure, recipes in recipes_of(self.scene):
         self.layout.label(text=_named(figure, figure.title), translate=False)
         for recipe in recipes:
-            text = pgettext_iface(recipe.caption, OWN)
-            button = self.layout.operator("nim.load_figure", text=text, icon="BLANK1", translate=False)
+            button = self.layout.operator(
+                "nim.load_figure", text=caption(recipe.caption), icon="BLANK1", translate=False
+            )
             button.scene, button.figure, button.recipe = self.scene, figure.number, recipe.name
     if folders := bpy.utils.preset_paths(self.preset_subdir):
         self.layout.separator()

@@ -22,9 +22,8 @@ def _readings(interface, wavelength, _locale):
     lines = list(_media(interface, there, wavelength))
     lines.append((say("Bends backwards"), say("yes") if there.bends_backwards else say("no")))
     ratio = complex(there.inside.impedance / there.outside.impedance)
-    lines.append((say("Impedance ratio Z_t / Z_i"), _complex(ratio)))
-    R = float(there.fresnel(1.0).R)
-    lines.append((say("R at normal incidence"), f"{100 * R:.3g} %" if R > 1e-12 else "0 %"))
+    lines.append((say("Impedance ratio Z₂ / Z₁"), _complex(ratio)))
+    lines.append((say("R at normal incidence"), percent(float(there.fresnel(1.0).R))))
     lines.append((say("Critical angle"), _both_sides(_critical(there), _critical(back))))
     for polarization, label in (("p", "Brewster angle, p"), ("s", "Brewster angle, s")):
         angles = there.brewster_angle(polarization), back.brewster_angle(polarization)
@@ -46,7 +45,7 @@ def _media(interface, there, wavelength):
             continue
         text = f"n = {number(numbers.n)}, k = {number(numbers.k)}"
         if numbers.permeability != math.copysign(1, numbers.n):
-            text += f", mu = {_complex(numbers.permeability)}"
+            text += f", μ = {_complex(numbers.permeability)}"
         yield say(label).format(wavelength=at), text
         if (length := numbers.absorption_length(wavelength)) < math.inf:
             yield say("Absorption length"), length_text(length)
@@ -58,6 +57,11 @@ def _complex(value):
     if abs(value.imag) < 5e-5 * abs(value):
         return number(value.real)
     return f"{number(value.real)} {'-' if value.imag < 0 else '+'} {number(abs(value.imag))} i"
+
+
+def percent(share: float) -> str:
+    """A share of the light as a person reads it; 0 where rounding alone is left."""
+    return f"{100 * share:.3g} %" if share > 1e-12 else "0 %"
 
 
 def length_text(metres: float) -> str:

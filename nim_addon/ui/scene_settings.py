@@ -12,7 +12,7 @@ from ..scenes import SCENES
 from ..scenes import stage as stages
 from ..scenes.parameters import Parameters
 from . import preferences
-from .media import DISPERSIVE_TEXTS, plain
+from .media import DISPERSIVE_TEXTS, numbers_of, plain
 from .translations import OWN
 
 # Blender files hold these numbers: they stay, and new names get new ones.
@@ -175,7 +175,7 @@ def _liquid_texts(word):
         return LIQUID_TEXTS[word]
     medium = MEDIA[word]
     name, told = ("NIM", NIM_TEXTS[abs(medium.mu) == 1]) if medium.is_nim else LIQUID_TEXTS[word]
-    return f"{name} ({str(medium).replace('=', ' = ').replace(',', ', ')})", told
+    return f"{name} ({numbers_of(medium)})", told
 
 
 def _choices(field):

@@ -14,7 +14,7 @@ from ..renders.request import Request
 from ..scenes import SCENES
 from ..scenes.parameters import file_name
 from ..sweeps import axes, plan
-from . import jobs
+from . import jobs, scenes
 from .panels import Sidebar, draw_sentence
 from .scene_settings import NIM_PG_scenes, description_of, label_of
 from .translations import OWN
@@ -199,7 +199,7 @@ def _looked(settings):
     return _last[1]
 
 
-CLASSES = (NIM_PG_variants, NIM_OT_render_variants, NIM_PT_variants)
+CLASSES = (NIM_PG_variants, NIM_OT_render_variants, *scenes.open_and_folded(NIM_PT_variants))
 
 
 def register():

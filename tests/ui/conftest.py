@@ -10,12 +10,13 @@ import pytest
 class Layout:
     """A layout that takes down what is drawn on it, as Blender's would take it."""
 
-    def __init__(self, drawn=None):
+    def __init__(self, drawn=None, shown=None):
         self.drawn = [] if drawn is None else drawn
+        self.shown = [] if shown is None else shown  # the owners of the properties, in order
 
     def __getattr__(self, name):
         if name in ("row", "column", "box", "split", "grid_flow"):
-            return lambda **_: Layout(self.drawn)
+            return lambda **_: Layout(self.drawn, self.shown)
         if name in ("label", "separator", "template_icon"):
             return lambda *_, **values: self.drawn.append((name, values.get("text", values.get("icon_value"))))
         raise AttributeError(name)
@@ -23,11 +24,12 @@ class Layout:
     def panel(self, name, default_closed=False):
         assert default_closed
         self.drawn.append(("panel", name))
-        return Layout(self.drawn), Layout(self.drawn)
+        return Layout(self.drawn, self.shown), Layout(self.drawn, self.shown)
 
     def prop(self, data, name, text=None, **_):
         assert name in data.bl_rna.properties, name
         self.drawn.append(("prop", name))
+        self.shown.append(data)
 
     def operator(self, name, text=None, icon="NONE", depress=False, translate=True):
         group, _, verb = name.partition(".")

@@ -41,8 +41,6 @@ def test_the_panel_reads_and_writes_the_sockets(material):
     assert nim.medium_inside == "custom" and sockets(material) == (-2.5, -10, 1, 1)
     node.inputs["Index Outside"].default_value = 1.33
     assert nim.medium_outside == "water"
-    nim.n_inside = 99
-    assert sockets(material)[0] == 10, "the socket's own range holds"
     assert not material.nim.keys(), "nothing is stored but in the node"
 
 
@@ -59,40 +57,99 @@ def test_the_panel_is_drawn_where_a_value_is_no_mediums(material, draw, name, va
 def test_every_preset_is_recognised(material, name):
     from nim_addon.ui.media import MEDIUM_NUMBERS
 
-    material.nim.n_inside, material.nim.mu_inside = MEDIA[name].n, MEDIA[name].mu
+    (node,) = interface_nodes(material)
+    node.inputs["Index Inside"].default_value = MEDIA[name].n
+    node.inputs["Permeability Inside"].default_value = MEDIA[name].mu
     shown = material.nim.medium_inside
     assert shown in MEDIUM_NUMBERS and MEDIA[shown] == MEDIA[name]
 
 
-def test_mu_follows_the_sign_of_n_and_the_panel_says_so(material, draw):
-    assert "mu set" not in draw(material, 900).text
-    material.nim.n_inside = 1.5
-    assert sockets(material)[:2] == (1.5, 1)
-    assert "mu set to 1 to go with n = 1.5." in draw(material, 900).text
-    material.nim.n_inside = 1.6
-    assert "mu set" not in draw(material, 900).text, "it is no news any more"
-    material.nim.mu_inside = -3
-    assert material.nim.mu_inside == 3
-    assert "mu set to 3 to go with n = 1.6." in draw(material, 900).text
+def test_mu_counts_with_the_sign_of_n_and_the_panel_says_so(material, draw):
+    (node,) = interface_nodes(material)
+    assert "counts as" not in draw(material, 900).text
+    node.inputs["Index Inside"].default_value = 1.5
+    assert sockets(material)[:2] == (1.5, -1), "no value changes another"
+    assert interface_of(node).inside.mu == material.nim.mu_inside == 1
+    assert "μ counts as 1 here: it takes the sign of n." in draw(material, 900).text
+    node.inputs["Permeability Inside"].default_value = 3
+    assert "counts as" not in draw(material, 900).text
+    node.inputs["Index Outside"].default_value = -1
+    assert "μ counts as -1 here" in draw(material, 900).text
 
 
-def test_zero_is_refused_in_a_sentence(material, draw):
+@pytest.mark.parametrize(
+    "n, k, mu, mu_imag", [(-1.33, 0.01, 1, 0), (-1.33, 0.01, -1, 0), (-0.1, 2, 1, 1), (0.2, 2, -1, 0), (-1, 0, 1, 0)]
+)
+def test_what_is_said_of_the_sign_is_what_the_surface_does(material, n, k, mu, mu_imag):
+    from nim_addon.ui.material_values import sign_note
+
+    (node,) = interface_nodes(material)
+    values = {"Index": n, "Extinction": k, "Permeability": mu, "Permeability Loss": mu_imag}
+    for name, value in values.items():
+        node.inputs[f"{name} Inside"].default_value = value
+    turned = interface_of(node).inside.mu == pytest.approx(-mu)
+    assert bool(sign_note(node, "inside")) == turned
+
+
+def test_zero_is_said_in_a_sentence(material, draw):
     material.nim.n_inside = 0
-    assert sockets(material)[0] == -1.5
-    assert "n = 0 refracts nothing" in draw(material, 900).text
+    assert "n = 0 refracts nothing" in draw(material, 900).text and "counts as" not in draw(material, 900).text
     material.nim.mu_inside = 0
-    assert sockets(material)[1] == -1 and "mu = 0 has no impedance" in draw(material, 900).text
-    interface_nodes(material)[0].inputs["Index Inside"].default_value = 0
-    assert "n = 0 refracts nothing" in draw(material, 900).text, "typed into the node itself"
+    assert "μ = 0 has no impedance" in draw(material, 900).text
+
+
+def test_n_and_mu_in_the_panel_are_the_nodes_own(material, draw):
+    (node,) = interface_nodes(material)
+    names = ("Index Inside", "Permeability Inside", "Index Outside", "Permeability Outside")
+    shown = [thing for thing in draw(material).shown if isinstance(thing, bpy.types.NodeSocket)]
+    assert shown[:4] == [node.inputs[name] for name in names]
+
+
+def test_keyframes_on_what_the_panel_shows_move_the_index(material, draw):
+    """As pressing I over the value inserts them: at the value's own path."""
+    (node,) = interface_nodes(material)
+    socket = draw(material).shown[1]
+    assert socket == node.inputs["Index Inside"]
+    scene = bpy.context.scene
+    for frame, value in ((1, -1.5), (11, -2.5)):
+        scene.frame_set(frame)
+        socket.default_value = value
+        assert socket.keyframe_insert("default_value")
+    for frame, n in ((1, -1.5), (6, -2.0), (11, -2.5)):
+        scene.frame_set(frame)
+        assert interface_of(node).inside.n == pytest.approx(n) == material.nim.n_inside
+        evaluated = material.evaluated_get(bpy.context.evaluated_depsgraph_get())
+        assert interface_of(interface_nodes(evaluated)[0]).inside.n == pytest.approx(n)
+    layout = draw(material, 900)
+    assert ("prop", "medium_inside") not in layout.drawn, "which the keyframes would take back"
+    assert socket in layout.shown and ("prop", "medium_outside") in layout.drawn
+
+
+def test_a_driver_on_what_the_panel_shows_moves_the_index(material, draw):
+    (node,) = interface_nodes(material)
+    driver = draw(material).shown[1].driver_add("default_value").driver
+    driver.type = "SCRIPTED"
+    driver.expression = "-frame / 10"
+    bpy.context.scene.frame_set(21)
+    assert interface_of(node).inside.n == pytest.approx(-2.1)
+    assert ("prop", "medium_inside") not in draw(material).drawn
+
+
+def test_undo_takes_a_typed_number_back(material):
+    bpy.ops.ed.undo_push(message="before")
+    interface_nodes(material)[0].inputs["Index Inside"].default_value = -2.2
+    bpy.ops.ed.undo_push(message="after")
+    bpy.ops.ed.undo()
+    assert sockets(bpy.data.materials["NIM"])[0] == -1.5
 
 
 SAID = {
     ("Index", 0.0): "n = 0 refracts nothing: give a positive index, or a negative one for a NIM.",
-    ("Permeability", 0.0): "mu = 0 has no impedance: give a positive or a negative permeability.",
+    ("Permeability", 0.0): "μ = 0 has no impedance: give a positive or a negative permeability.",
     ("Index", math.nan): "n is no number: give one, such as -1.",
-    ("Permeability", math.nan): "mu is no number: give one, such as -1.",
+    ("Permeability", math.nan): "μ is no number: give one, such as -1.",
     ("Index", 2e6): "n = 2e+06 is out of range: without its sign it lies between 1e-06 and 1e+06.",
-    ("Permeability", 2e6): "mu = 2e+06 is out of range: without its sign it lies between 1e-06 and 1e+06.",
+    ("Permeability", 2e6): "μ = 2e+06 is out of range: without its sign it lies between 1e-06 and 1e+06.",
     ("Index", -1e-8): "n = -1e-08 is out of range: without its sign it lies between 1e-06 and 1e+06.",
 }
 
@@ -115,17 +172,6 @@ def test_each_value_that_is_no_mediums_has_its_own_sentence(material, draw, kind
     assert "point by point" not in draw(material, 5000).text
 
 
-def test_what_is_no_number_is_not_taken_for_one(material, draw):
-    material.nim.n_inside = math.nan
-    assert sockets(material)[:2] == (-1.5, -1)
-    interface_nodes(material)[0].inputs["Permeability Inside"].default_value = math.nan
-    material.nim.n_inside = -2
-    assert sockets(material)[0] == -2 and math.isnan(sockets(material)[1])
-    assert "mu is no number" in draw(material, 5000).text
-    material.nim.mu_inside = -3
-    assert sockets(material)[:2] == (-2, -3)
-
-
 def test_a_value_node_is_read(material, draw):
     """The readings are of the values that are rendered, not of those that the links hide."""
     (node,) = interface_nodes(material)
@@ -140,19 +186,16 @@ def test_a_colour_that_decides_a_number_is_left_to_the_node_tree(material, draw)
     (node,) = interface_nodes(material)
     color = material.node_tree.nodes.new("ShaderNodeRGB").outputs[0]
     material.node_tree.links.new(color, node.inputs["Index Inside"])
-    assert interface_of(node) is None and "The node tree decides n or mu" in draw(material, 5000).text
+    assert interface_of(node) is None and "The node tree decides n or μ" in draw(material, 5000).text
 
 
-def test_linked_and_animated_sockets_are_drawn_as_such(material, draw):
+def test_linked_sockets_are_drawn_as_such(material, draw):
     (node,) = interface_nodes(material)
-    assert ("prop", "n_inside") in draw(material).drawn
-    node.inputs["Index Inside"].keyframe_insert("default_value")
-    drawn = draw(material).drawn
-    assert ("prop", "n_inside") not in drawn and ("prop", "default_value") in drawn
     noise = material.node_tree.nodes.new("ShaderNodeTexNoise")
     material.node_tree.links.new(noise.outputs[0], node.inputs["Index Outside"])
     layout = draw(material, 900)
-    assert "n: from the node tree" in layout.text and "The node tree decides n or mu" in layout.text
+    assert node.inputs["Index Outside"] not in layout.shown and node.inputs["Permeability Outside"] in layout.shown
+    assert "n: from the node tree" in layout.text and "The node tree decides n or μ" in layout.text
 
 
 @pytest.mark.skipif(bpy.app.version < (4, 4), reason="there an action is of one thing only")
@@ -163,7 +206,7 @@ def test_keyframes_of_another_material_in_the_same_action_decide_nothing(materia
     animation = material.node_tree.animation_data_create()
     animation.action = other.node_tree.animation_data.action
     animation.action_slot = animation.action.slots.new("NODETREE", "Mine")
-    assert ("prop", "n_inside") in draw(material).drawn
+    assert ("prop", "medium_inside") in draw(material).drawn
 
 
 def test_without_an_interface_the_panel_offers_one(addon, draw):
@@ -177,7 +220,7 @@ def test_readings():
 
     of = dict(readings(Interface(Medium(-1.5))))
     assert of["Bends backwards"] == "yes" and of["R at normal incidence"] == "4 %"
-    assert of["Impedance ratio Z_t / Z_i"] == "0.6667"
+    assert of["Impedance ratio Z₂ / Z₁"] == "0.6667"
     assert of["Critical angle"] == "41.8° from inside"
     assert of["Brewster angle, p"] == "56.3° from outside, 33.7° from inside"
     assert "Brewster angle, s" not in of
@@ -209,7 +252,7 @@ def test_readings_of_media_with_loss_are_of_a_wavelength():
     clear = Interface(Medium.parse("n=-1.33,length=0.05"))
     assert dict(readings(clear))["Absorption length"] == "5 cm"
     assert len(summary(clear)) == 2 and "from inside" in summary(clear)[1]
-    assert "mu = 2 + 0.5 i" in dict(readings(Interface(Medium.parse("n=2+0.5j,mu=2+0.5j"))))["Inside at 550 nm"]
+    assert "μ = 2 + 0.5 i" in dict(readings(Interface(Medium.parse("n=2+0.5j,mu=2+0.5j"))))["Inside at 550 nm"]
     lengths = {1234.0: "1.23 km", 1.0: "1 m", 0.9996: "1 m", 0.05: "5 cm", 2e-3: "2 mm", 1e-6: "1 µm", 2e-8: "20 nm"}
     assert {metres: length_text(metres) for metres in lengths} == lengths
 
@@ -240,7 +283,7 @@ def test_the_curves_are_the_reflectances(addon, inside, nm):
 
     interface, size = Interface(Medium.parse(inside)), 600
     image = curve.picture(curve.Shown(interface, nm), size)
-    left, right, bottom, top = 24, size - 8, 16, size - 18
+    left, right, bottom, top = 24, size - 8, 27, size - 18
     for degrees in (50, 62, 75):  # nearer to 0 the curves lie upon each other
         column = round(left + degrees / 90 * (right - left))
         angle = math.radians((column - left) / (right - left) * 90)
@@ -257,7 +300,7 @@ def test_over_the_wavelength_are_n_and_k_and_r(addon):
     image = curve.picture(curve.Shown(interface, by_wavelength=True), size)
     nm, n, k, R = curve.spectrum(interface)
     # five is what holds both k and n; three letters of its middle make room on the right
-    left, right, bottom, top = 24, size - 8 - 15, 16, size - 18
+    left, right, bottom, top = 24, size - 8 - 15, 27, size - 18
     for wavelength in (530, 600, 660):  # where no curve hides another
         column = round(left + (wavelength - 380) / 350 * (right - left))
         there = interface.at(380 + (column - left) / (right - left) * 350)

@@ -99,7 +99,8 @@ def test_own_values_after_a_medium_by_wavelength_are_those_of_550_nm(material):
 def test_the_panel_says_what_stands_there(material, draw):
     material.nim.medium_inside = "n-sf11"
     layout = draw(material, 5000)
-    assert ("prop", "medium_inside") in layout.drawn and ("prop", "n_inside") not in layout.drawn
+    (node,) = interface_nodes(material)
+    assert ("prop", "medium_inside") in layout.drawn and node.inputs["Index Inside"] not in layout.shown
     assert "Inside at 550 nm" in layout.text and "n = 1.791, k = 3.762e-08" in layout.text
     assert ("prop", "over") in layout.drawn and ("prop", "wavelength") in layout.drawn
     bpy.context.scene.nim_curve.wavelength = 400

@@ -3,6 +3,7 @@
 
 import bpy
 
+from nim_addon import ui
 from nim_addon.ui import warnings
 
 FOLDED = "_folded"
@@ -51,3 +52,31 @@ def test_what_belongs_to_the_example_scenes_stands_under_both_of_their_panels(ad
     for name, parent in below.items():
         assert name.endswith(FOLDED) == parent.endswith(FOLDED)
         assert f"{name}{FOLDED}" in below or name.endswith(FOLDED)
+
+
+def choices():
+    """(class or kind, property, item) of every choice that the add-on gives a person."""
+    owners = [(kind.__name__, kind) for kind in (bpy.types.Scene, bpy.types.Material, bpy.types.Object)]
+    for cls in (cls for module in ui.MODULES for cls in getattr(module, "CLASSES", ())):
+        is_operator = issubclass(cls, bpy.types.Operator)
+        owner = getattr(bpy.ops.nim, cls.bl_idname.removeprefix("nim.")).get_rna_type() if is_operator else cls
+        owners.append((cls.__name__, owner))
+    for name, owner in owners:
+        # panels and menus have choices of Blender's own
+        if isinstance(owner, type) and issubclass(owner, bpy.types.Panel | bpy.types.Menu):
+            continue
+        for known in owner.bl_rna.properties:
+            if known.type == "ENUM" and (name.startswith(("NIM_", "nim_")) or known.identifier.startswith("nim")):
+                for item in known.enum_items:
+                    yield name, known.identifier, item
+
+
+def test_every_choice_has_a_tooltip_that_says_more_than_its_name(addon):
+    found = list(choices())
+    assert len({(name, identifier) for name, identifier, _ in found}) > 20
+    silent = [
+        (name, identifier, item.identifier)
+        for name, identifier, item in found
+        if len(item.description.strip()) <= len(item.name) / 2 or item.description == item.name
+    ]
+    assert not silent

@@ -71,7 +71,7 @@ def test_a_picture_sets_all_as_it_was_rendered(settings, press, name, figure, re
     assert settings.problem == ""
     wanted = Request.of(name, recipe.settings).parameters
     assert (scene_settings.parameters_of(settings), settings.spectral) == (wanted, recipe.spectral)
-    assert presets.MENUS[name].bl_label == f"Figure {figure.number}: {recipe.caption}"
+    assert presets.MENUS[name].bl_label == f"Figure {figure.number}: {presets.caption(recipe.caption)}"
 
 
 def test_all_that_the_panel_can_set_is_offered():
@@ -85,6 +85,18 @@ def test_all_that_the_panel_can_set_is_offered():
         if recipe.shown and (figure.number, recipe.name) not in offered
     ]
     assert left_out and all(recipe.pose or recipe.change or recipe.scene not in SCENES for recipe in left_out)
+
+
+def test_a_caption_reads_as_a_label():
+    captions = {
+        "water": "Water",
+        "NIM, mu = -10": "NIM, μ = -10",
+        "n = -1.5": "n = -1.5",
+        "eta = -1": "η = -1",
+        "20 degrees off the vertical": "20 degrees off the vertical",
+        "multi": "Multi",
+    }
+    assert {text: presets.caption(text) for text in captions} == captions
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -101,7 +113,10 @@ def test_the_menu_shows_each_with_its_caption_under_the_title_of_its_figure(addo
     menu.draw(stand_in, bpy.context)
     expected = []
     for figure, recipes in presets.recipes_of(name):
-        expected += [f"Figure {figure.number}: {figure.title}", *(recipe.caption for recipe in recipes)]
+        expected += [
+            f"Figure {figure.number}: {presets.caption(figure.title)}",
+            *(presets.caption(recipe.caption) for recipe in recipes),
+        ]
     assert [item if isinstance(item, str) else item.text for item in drawn] == expected
     for item in drawn:
         if not isinstance(item, str):

@@ -63,6 +63,7 @@ NOT_SHOWN = {
     "NIM Light Paths": "name of a collection",
     "Object Mode": "name of a key map",
     "Error": "looked for in the log of a second Blender",
+    "λ (nm)": "label within the picture of the curve",
     "Rs": "label within the picture of the curve",
     "Rp": "label within the picture of the curve",
     "{name}: {backend}": "nothing to translate",
@@ -71,7 +72,7 @@ NOT_SHOWN = {
     "Diamond": "part of a medium's label",
 }
 # Words that stay as they are; a text of nothing else, numbers apart, needs no translation.
-SAME = {"n", "k", "mu", "NIM", "OSL", "Blender", "Auto"}
+SAME = {"n", "k", "mu", "μ", "θ", "R", "T", "Rₛ", "Rₚ", "NIM", "OSL", "Blender", "Auto"}
 
 
 def needs_translation(text):

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ..cycles.nodes import Nodes, empty_tree
 from ..cycles.object_values import carry, give
+from ..cycles.packed import packed_image, remember
 from ..cycles.visibility import CAUSTICS_HIDDEN, CAUSTICS_MARK, asked, has_nodes
 from . import lights
 from .atlas import Chart, Part
@@ -81,6 +82,7 @@ def clear(scene: bpy.types.Scene) -> None:
             del world[SAMPLING]
     for collection in collections:
         _hand_back(scene, collection)
+    remember()
     bpy.data.batch_remove([*objects, *collections])
     unused: list[Any] = [*data, *materials, *groups, *images]
     bpy.data.batch_remove(unused)
@@ -183,14 +185,7 @@ def replace(
     copies:     of copies()
     irradiance: (H, W, 3) W/m^2, of the texture whose windows have those layers()
     """
-    image = bpy.data.images.new(f"{COLLECTION} {name}", *irradiance.shape[1::-1], alpha=False, float_buffer=True)
-    image.colorspace_settings.name = "Non-Color"
-    pixels = np.ones((*irradiance.shape[:2], 4), np.float32)
-    pixels[..., :3] = irradiance
-    image.pixels.foreach_set(pixels.ravel())
-    image.update()
-    image.pack()
-    group = _light(image, layers)
+    group = _light(packed_image(f"{COLLECTION} {name}", irradiance, half=True), layers)
     original = next(obj for obj in scene.objects if obj.name == name and not obj.library)
     for mesh, part in copies:
         copy = bpy.data.objects.new(f"{COLLECTION} {name}", mesh)

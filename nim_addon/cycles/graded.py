@@ -22,6 +22,7 @@ from .closures import GRADED_BALL, GRADED_CORE, Closure, closure_of_node
 from .closures.backends import resolve
 from .closures.formulas import Sheet, Value, minimum
 from .closures.graded_ball import RADIUS, entry
+from .packed import packed_image, remember
 from .surface import surface_material
 
 # The custom property of a group, and of its table: the profile as JSON, "" of a function that no text tells.
@@ -224,12 +225,8 @@ def _image(profile: Profile, content: str) -> bpy.types.Image:
     rows = np.stack(
         _core_tables(profile) if closure_of_profile(profile) is GRADED_CORE else [graded.table(profile, TEXELS)]
     )
-    image = bpy.data.images.new(TABLE.format(title(profile)), TEXELS, len(rows), float_buffer=True, is_data=True)
+    image = packed_image(TABLE.format(title(profile)), rows)
     image[CONTENT] = content
-    image.alpha_mode, image.use_half_precision = "CHANNEL_PACKED", False
-    opaque = np.ones((*rows.shape[:2], 1))
-    image.pixels.foreach_set(np.concatenate([rows, opaque], axis=2).astype(np.float32).ravel())
-    image.pack()
     return image
 
 
@@ -251,6 +248,7 @@ def _remove_unused(tree: bpy.types.NodeTree) -> None:
     """Take a group that nothing uses out of the file, with its table."""
     if tree.users or tree.library:
         return
+    remember()
     images = {node.image for node in tree.nodes if node.type == "TEX_IMAGE"}
     bpy.data.node_groups.remove(tree)
     for image in images:

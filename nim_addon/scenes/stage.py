@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from .. import caustics
 from ..cycles import settings
 from ..cycles.material import resolve
+from ..cycles.packed import remember
 from .parameters import Parameters
 from .shapes import Faces
 
@@ -183,6 +184,7 @@ def _clear(scene, name):
     used = _used_by([*own, scene.world] if scene.world and scene.world.get(STAGE_MARK) == name else own)
     if scene.world in used:
         scene.world = None
+    remember()
     bpy.data.batch_remove([*own, *collections])
     # users first: a mesh before its material, a material before its node group, a group before its text
     while free := [data for data in used if data.users == 0]:

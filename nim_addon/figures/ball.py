@@ -66,8 +66,7 @@ def _tell_directions(scene):
 def _set_up_for_rays(scene):
     probes.set_up(scene)
     probes.show_only(scene, "Ball")
-    # Cycles' box is a pixel wide, whatever its width
-    scene.cycles.pixel_filter_type, scene.cycles.filter_width = "GAUSSIAN", 0.01
+    probes.through_the_middles(scene)
 
 
 def under_an_empty_sky(scene: bpy.types.Scene) -> None:

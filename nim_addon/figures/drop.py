@@ -58,7 +58,7 @@ def reporting(scene: bpy.types.Scene) -> None:
     """
     probes.show_only(scene, "Drop")
     spectral.set_up(scene)
-    scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BOX", 0.01
+    probes.through_the_middles(scene)
     drop = probes.find(scene, "Drop")
     (interface,) = interface_nodes(drop.active_material)
     for link in list(interface.inputs["Absorption Inside"].links):

@@ -23,6 +23,15 @@ def set_up(scene: bpy.types.Scene) -> None:
         scene.cycles.samples *= 4
 
 
+def through_the_middles(scene: bpy.types.Scene) -> None:
+    """Let the rays of a picture go through the middles of its pixels.
+
+    Cycles' box is a pixel wide, whatever its width is set to: all rays but those of the first sample lie anywhere in the
+    pixel. Of this Gaussian all but one in some hundreds lie within 0.01 pixels of the middle.
+    """
+    scene.cycles.pixel_filter_type, scene.cycles.filter_width = "GAUSSIAN", 0.01
+
+
 def find(scene: bpy.types.Scene, name: str) -> bpy.types.Object:
     """The object that was built under that name: Blender appends a number where another scene of the file has it too."""
     return next(object_ for object_ in scene.objects if _built_as(object_) == name)

@@ -76,7 +76,9 @@ def test_no_table_stands_where_another_stood(empty_file):
 
 
 def test_no_caustics_stand_where_others_stood(empty_file):
-    scene = floor_eye(over_floor(interface_material("Surface", Medium(-1.33), backend="nodes"), sheet(0.5), size=16), 2.0)
+    scene = floor_eye(
+        over_floor(interface_material("Surface", Medium(-1.33), backend="nodes"), sheet(0.5), size=16), 2.0
+    )
     sun, former = Sun((0.0, 0.0, -1.0), (1.0, 1.0, 1.0), math.radians(0.53)), set()
     for _ in range(8):
         caustics.bake(scene, [sun], texels=64, photons=1 << 10)

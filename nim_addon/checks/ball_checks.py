@@ -71,34 +71,47 @@ def _camera(sight, ball):
     return [about(ball.shown.original, "camera_in_ball", text, None, ball.materials, owner=ball.shown.original)]
 
 
-def _within(sight, ball):
-    """What is in a ball is not seen: but for the core of a shell, and what a cloak hides."""
-    found, profile = [], ball.law.profile
-    hidden = profile.hollow if profile.is_cloak else 0.0
-    for other in sight.shown:
-        if other.original == ball.shown.original or other.original.name in [
-            problem.values["other"] for problem in found
-        ]:
-            continue
-        corners = np.array([other.matrix.copy() @ mathutils.Vector(corner) for corner in other.object.bound_box])
-        off = np.linalg.norm(corners - ball.law.center, axis=1) / ball.law.radius
-        if np.linalg.norm(corners.mean(axis=0) - ball.law.center) >= INSIDE * ball.law.radius:
-            continue
-        points = (
-            meshes.read(other.mesh.vertices, "co", 3) @ np.array(other.matrix.copy())[:3, :3].T
-            + other.matrix.translation
-        )
-        off = np.linalg.norm(points - ball.law.center, axis=1) / ball.law.radius
-        if not len(off) or off.max() >= INSIDE or off.max() <= hidden:
-            continue
-        if isinstance(ball.law, Shell) and off.max() <= 1.01 * profile.core:
-            continue
-        text = "{other} is in {name}, and is neither seen nor lit there: a ray jumps from where it enters to where it leaves."
-        values = {"other": other.original.name}
-        found.append(
-            about(ball.shown.original, "in_ball", text, None, ball.materials, owner=ball.shown.original, **values)
-        )
+def notes(sight: Sight) -> list[Problem]:
+    """What a cloak hides: right, but not to be wondered at. A Problem without a remedy for each thing in a hollow."""
+    text = "{other} is in the hollow of {name}, and is not seen: that is the cloak."
+    found = []
+    for ball in filter(None, map(_ball, sight.shown)):
+        for name, far in _in(sight, ball).items():
+            if far <= _hidden(ball):
+                obj = ball.shown.original
+                found.append(about(obj, "cloaked", text, None, ball.materials, owner=obj, other=name))
     return found
+
+
+def _within(sight, ball):
+    """What is in a ball is not seen: but for the core of a shell, and what a cloak hides, which notes() tell."""
+    text = "{other} is in {name}, and is neither seen nor lit there: a ray jumps from where it enters to where it leaves."
+    obj, seen = ball.shown.original, 1.01 * ball.law.profile.core if isinstance(ball.law, Shell) else 0.0
+    return [
+        about(obj, "in_ball", text, None, ball.materials, owner=obj, other=name)
+        for name, far in _in(sight, ball).items()
+        if far > max(seen, _hidden(ball))
+    ]
+
+
+def _hidden(ball):
+    return ball.law.profile.hollow if ball.law.profile.is_cloak else 0.0
+
+
+def _in(sight, ball):
+    """{name: how far from the middle it reaches, in radii} of each object that is wholly in a ball."""
+    found = {}
+    for other in sight.shown:
+        matrix = np.array(other.matrix.copy())
+        if other.original in (ball.shown.original, *found):
+            continue
+        if _off(ball, matrix[:3, :3] @ np.mean(other.object.bound_box, axis=0) + matrix[:3, 3]) >= INSIDE:
+            continue
+        points = meshes.read(other.mesh.vertices, "co", 3) @ matrix[:3, :3].T + matrix[:3, 3]
+        far = np.linalg.norm(points - ball.law.center, axis=1) / ball.law.radius
+        if len(far) and far.max() < INSIDE:
+            found[other.original] = far.max()
+    return {obj.name: far for obj, far in found.items()}
 
 
 def _around(sight, ball):

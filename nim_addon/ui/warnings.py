@@ -6,7 +6,7 @@ from bpy.app.handlers import persistent
 from bpy.app.translations import pgettext_iface, pgettext_rpt
 
 from .. import checks
-from ..checks import mesh_checks, ray_checks
+from ..checks import ball_checks, mesh_checks, ray_checks
 from ..checks.sight import look
 from ..cycles.material import asked_interfaces, medium_of
 from . import deferred
@@ -32,6 +32,7 @@ class Found:
         sight = look(scene, layer.depsgraph, limit, _kept)
         self.backends = checks.backends(sight.ours)
         self.problems = checks.found_in(sight)
+        self.notes = ball_checks.notes(sight)
         self.unmeasured = len(sight.left_out)
         self.lamps = [lamp.name for lamp in sight.lamps]
         self.wearers = [wearer.original.name for wearer in sight.wearers()]
@@ -83,12 +84,22 @@ def _backends_of(material, there):
     return known or checks.backends([material])
 
 
+def draw_notes(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
+    """Draw what of a scene is as it should be, and may yet surprise."""
+    there = known(context.scene)
+    for note in there.notes if there else ():
+        draw_sentence(layout, context, _said(note), icon="INFO")
+
+
+def _said(problem):
+    return " ".join(pgettext_iface(text) for text in problem.texts).format(**problem.values)
+
+
 def draw_problems(layout: bpy.types.UILayout, context: bpy.types.Context, problems: list[checks.Problem]) -> None:
     """Draw a box for each Problem, with the button that mends it, and one for all of them where there are several."""
     for problem in problems:
         box = layout.box().column(align=True)
-        sentence = " ".join(pgettext_iface(text) for text in problem.texts).format(**problem.values)
-        draw_sentence(box, context, sentence, icon="ERROR")
+        draw_sentence(box, context, _said(problem), icon="ERROR")
         if problem.remedy:
             box.operator("nim.mend", text=problem.remedy, icon="TOOL_SETTINGS").code = problem.code
     if sum(problem.remedy is not None for problem in problems) > 1:

@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 
 from nim_addon import checks
+from nim_addon.checks import ball_checks
+from nim_addon.checks.sight import look
 from nim_addon.cycles.graded import graded_ball_material, graded_core_material
+from nim_addon.cycles.visibility import as_rendered
 from nim_addon.figures import probes
 from nim_addon.physics.graded import Profile
 from tests.checks.pieces import WATER, add, ball, box, codes, found
@@ -40,6 +43,11 @@ def test_a_ball_that_is_scaled_unevenly_is_mended_to_its_radius(scene):
     assert [(problem.code, problem.remedy) for problem in found(scene)] == [("uneven_ball", None)]
 
 
+def noted(scene):
+    with as_rendered(scene) as depsgraph:
+        return [note.sentence for note in ball_checks.notes(look(scene, depsgraph, None))]
+
+
 @pytest.mark.parametrize("distance, inside", [(0.9, True), (1.1, False)])
 def test_a_camera_within(scene, distance, inside):
     lens().location = (0, 1, 0)
@@ -56,10 +64,11 @@ def test_what_is_within_is_named_but_for_what_a_cloak_hides(scene):
     other.location.z = 2
     assert codes(scene) == []
     other.location.z = 0
+    assert noted(scene) == []
     obj.data.materials[0] = graded_ball_material("Cloak", Profile("cloak", hollow=0.6), backend="nodes")
-    assert codes(scene) == []
+    assert codes(scene) == [] and noted(scene) == ["Box is in the hollow of Lens, and is not seen: that is the cloak."]
     other.location.x = 0.4
-    assert codes(scene) == ["in_ball"]
+    assert codes(scene) == ["in_ball"] and noted(scene) == []
 
 
 def test_the_core_of_a_shell_is_seen(scene):

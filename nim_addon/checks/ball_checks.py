@@ -85,7 +85,9 @@ def notes(sight: Sight) -> list[Problem]:
 
 def _within(sight, ball):
     """What is in a ball is not seen: but for the core of a shell, and what a cloak hides, which notes() tell."""
-    text = "{other} is in {name}, and is neither seen nor lit there: a ray jumps from where it enters to where it leaves."
+    text = (
+        "{other} is in {name}, and is neither seen nor lit there: a ray jumps from where it enters to where it leaves."
+    )
     obj, seen = ball.shown.original, 1.01 * ball.law.profile.core if isinstance(ball.law, Shell) else 0.0
     return [
         about(obj, "in_ball", text, None, ball.materials, owner=obj, other=name)

@@ -83,7 +83,7 @@ def build(parameters: BallParameters, backend: str = "auto") -> bpy.types.Scene:
     garden(stage)
     profile = parameters.profile
     if profile.core is not None and profile.surface == "textured":
-        ball(stage, "Core", CENTER, RADIUS * profile.core, surfaces.diffuse("Core", _globe))
+        ball(stage, "Core", CENTER, RADIUS * profile.core, globe("Core"))
         material = graded_core_material("Ball", profile, backend=stage.backend)
     else:
         material = graded_ball_material("Ball", profile, backend=stage.backend)
@@ -179,8 +179,12 @@ def _fence():
     return shapes.joined(*pieces)[:2]
 
 
-def _globe(nodes):
-    """Squares between circles of longitude and latitude, of 15 degrees."""
+def globe(name: str) -> bpy.types.Material:
+    """A material of squares between circles of longitude and latitude, of 15 degrees, for an upright ball."""
+    return surfaces.diffuse(name, _squares)
+
+
+def _squares(nodes):
     place = nodes.add("ShaderNodeTexCoord").outputs["Normal"]
     x, y, z = nodes.add("ShaderNodeSeparateXYZ", inputs={0: place}).outputs
     angles = nodes.math("ARCTAN2", y, x), nodes.math("ARCSINE", z)

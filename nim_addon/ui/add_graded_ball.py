@@ -6,15 +6,18 @@ import math
 import bpy
 from bpy.app.translations import pgettext_rpt
 
-from ..cycles.graded import graded_ball_material, profile_node
+from ..cycles.graded import graded_ball_material, graded_core_material, profile_node
 from ..physics.graded import Profile
 from ..scenes import shapes
+from ..scenes.ball import globe
+from ..scenes.sphere import make_round
 from .adding import Entry, NodeAddition, ObjectAddition, add_mesh, length_property
 from .media import backend_for, plain
 from .translations import OWN
 
 NAME = "Graded Ball"
 DIVISIONS = 32  # of its mesh, along a quarter of a circle: only its outline shows them
+CORE_DIVISIONS = 8  # of a core's, which modifiers make round
 # The numbers are in people's files.
 DEVICE_ITEMS = (
     ("luneburg", "Luneburg", "A lens: it shows the half space behind it, upside down", "NONE", 0),
@@ -28,6 +31,7 @@ DEVICE_ITEMS = (
 SURFACE_ITEMS = (
     ("mirror", "Mirror", "It reflects all light", "NONE", 0),
     ("black", "Black", "It takes all light", "NONE", 1),
+    ("textured", "Textured", "A ball of its own, of any material, seen through the rest", "NONE", 2),
 )
 
 
@@ -112,16 +116,27 @@ class NIM_OT_add_graded_ball(BallChoice, ObjectAddition, bpy.types.Operator):
         """Add it around the 3D cursor."""
         radius = plain(self.radius)
         profile = self.profile()
-        material = graded_ball_material(NAME, profile, backend=backend_for(context.scene), radius=radius)
-        vertices, faces = shapes.cube_sphere(DIVISIONS)
-        obj = add_mesh(context, NAME, vertices * radius, faces, material)
-        obj.data.shade_smooth()
+        textured = profile.core is not None and profile.surface == "textured"
+        make = graded_core_material if textured else graded_ball_material
+        material = make(NAME, profile, backend=backend_for(context.scene), radius=radius)
+        core = _ball(context, "Core", radius * profile.core, CORE_DIVISIONS, globe("Core")) if textured else None
+        obj = _ball(context, NAME, radius, DIVISIONS, material)
+        if core:
+            make_round(core, radius * profile.core)
+            core.parent, core.location, core.rotation_euler = obj, (0, 0, 0), (0, 0, 0)
         return self.said()
 
     def draw(self, context):
         """Draw the redo panel."""
         self.draw_profile(self.layout)
         self.layout.prop(self, "radius")
+
+
+def _ball(context, name, radius, divisions, material):
+    vertices, faces = shapes.cube_sphere(divisions)
+    obj = add_mesh(context, name, vertices * radius, faces, material)
+    obj.data.shade_smooth()
+    return obj
 
 
 class NIM_OT_add_graded_ball_node(BallChoice, NodeAddition, bpy.types.Operator):

@@ -5,9 +5,10 @@ import bpy
 import numpy as np
 import pytest
 
+from nim_addon import checks
 from nim_addon.checks.solids import Solid
-from nim_addon.cycles import graded
-from nim_addon.cycles.closures import LENSLET_WINDOW, UNIAXIAL_SLAB
+from nim_addon.cycles import graded, settings
+from nim_addon.cycles.closures import GRADED_CORE, LENSLET_WINDOW, UNIAXIAL_SLAB
 from nim_addon.cycles.lenslets import window_of
 from nim_addon.cycles.material import interface_nodes, interface_of
 from nim_addon.cycles.slabs import slab_of
@@ -209,3 +210,28 @@ def test_a_graded_ball(addon, press, values, profile):
     assert (found.n, found.core, found.surface) == (profile.n, profile.core, profile.surface)
     assert (found.cap, found.hollow) == (profile.cap, pytest.approx(profile.hollow))
     assert node.inputs["Radius"].default_value == 1.5
+
+
+def test_a_graded_ball_around_a_core_that_is_seen(addon, press):
+    """The core is a ball of its own, which moves with the shell; the checks find nothing wrong, and a cloak has none."""
+    scene = bpy.context.scene
+    scene.cursor.location = (1, 2, 3)
+    settings.lossless(scene, "nodes")
+    for known in list(bpy.data.objects):
+        bpy.data.objects.remove(known)
+    values = {"device": "magnifier", "core": 0.5, "surface": "textured"}
+    assert press("nim.add_graded_ball", radius=2.0, **values) == {"FINISHED"}
+    shell = bpy.context.object
+    (core,) = shell.children
+    (node,) = graded.profile_nodes(shell.active_material)
+    assert graded.closure_of_profile(graded.profile_of(node)) is GRADED_CORE
+    shell.location, shell.scale = (4, 5, 6), (0.5, 0.5, 0.5)
+    bpy.context.view_layer.update()
+    assert checks.problems(scene) == []
+    evaluated = core.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    away = [(evaluated.matrix_world @ vertex.co - shell.location).length for vertex in evaluated.data.vertices]
+    assert min(away) == pytest.approx(0.5, abs=1e-4) and max(away) == pytest.approx(0.5, abs=1e-4)
+    count = len(bpy.data.objects), len(bpy.data.materials)
+    with pytest.raises(RuntimeError, match="a cloak hides what is in it"):
+        press("nim.add_graded_ball", device="cloak", use_core=True, core=0.8, surface="textured")
+    assert (len(bpy.data.objects), len(bpy.data.materials)) == count

@@ -2,6 +2,8 @@
 """What the scenes panel is set to: the dataclasses of the scenes' parameters as Blender's properties, and back."""
 
 import dataclasses
+import json
+from collections.abc import Callable
 
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
@@ -11,7 +13,7 @@ from ..physics import MEDIA, Medium
 from ..scenes import SCENES
 from ..scenes import stage as stages
 from ..scenes.parameters import Parameters
-from . import preferences
+from . import built, preferences
 from .media import DISPERSIVE_TEXTS, numbers_of, plain
 from .translations import OWN
 
@@ -290,15 +292,20 @@ def backend_of(settings: "NIM_PG_scenes") -> str:
 
 # ------------------------------------------------------------------------------- what follows a change
 
+# Functions of a bpy.types.Scene that are called after each change of its settings.
+FOLLOWERS: list[Callable[[bpy.types.Scene], None]] = []
+
 
 def _changed(self, context):
-    """Keep the sentence that says what clashes, so that no redraw has to find out."""
+    """Keep the sentence that says what clashes, so that no redraw has to find out, and tell who follows."""
     settings = self.id_data.nim_scenes
     try:
         parameters_of(settings)
         settings.problem = ""
     except ValueError as error:
         settings.problem = str(error)
+    for follower in FOLLOWERS:
+        follower(self.id_data)
 
 
 def _view_changed(self, context):
@@ -307,8 +314,12 @@ def _view_changed(self, context):
     scene = self.id_data
     settings = scene.nim_scenes
     camera = scene.camera if scene.get(stages.STAGE_MARK) == settings.scene else None
+    if self != getattr(settings, settings.scene):
+        return
     if camera is not None and camera.get(stages.STAGE_MARK) == settings.scene and not settings.problem:
-        stages.aim(camera, *SCENES[settings.scene].pose(parameters_of(settings)))
+        parameters = parameters_of(settings)
+        with built.ours(scene, view=json.dumps(parameters.view)):
+            stages.aim(camera, *SCENES[settings.scene].pose(parameters))
 
 
 def _quality_changed(self, context):
@@ -325,7 +336,8 @@ def apply_quality(scene: bpy.types.Scene) -> None:
 def _spectral_changed(self, context):
     scene = self.id_data
     if scene.get(stages.STAGE_MARK) == self.scene:
-        apply_spectral(scene)
+        with built.ours(scene):
+            apply_spectral(scene)
 
 
 def apply_spectral(scene: bpy.types.Scene) -> None:
@@ -366,6 +378,7 @@ class NIM_PG_scenes(bpy.types.PropertyGroup):
         description="What the optics of the materials are made of",
         items=BACKEND_ITEMS,
         default="default",
+        update=_changed,
     )
     spectral: BoolProperty(
         name="Spectral",

@@ -11,7 +11,7 @@ from bpy.app.translations import pgettext_iface, pgettext_rpt
 
 from ..scenes import SCENES
 from ..scenes import stage as stages
-from . import warnings
+from . import built, standing, warnings
 from .panels import Sidebar, draw_sentence
 from .presets import MENUS
 from .scene_settings import (
@@ -23,6 +23,7 @@ from .scene_settings import (
     parameters_of,
     samples_of,
 )
+from .translations import OWN
 
 
 def title_of(name: str) -> str:
@@ -55,7 +56,7 @@ class NIM_OT_build_scene(bpy.types.Operator):
     def invoke(self, context, event):
         name = context.scene.nim_scenes.scene
         scene = stages.built(name)
-        if scene is None:
+        if scene is None or not built.holds(scene):
             if not _previews_render():
                 return self.execute(context)
             self.timer = context.window_manager.event_timer_add(0.05, window=context.window)
@@ -65,9 +66,9 @@ class NIM_OT_build_scene(bpy.types.Operator):
             self,
             event,
             title=pgettext_iface("Replace the scene?"),
-            message=pgettext_iface("{} is there already. What you added stays, changes to its own objects go.").format(
-                scene.name
-            ),
+            message=pgettext_iface(
+                "{} was changed by hand. What you added stays, changes to its own objects and baked caustics go."
+            ).format(scene.name),
             confirm_text=pgettext_iface("Replace"),
             icon="QUESTION",
         )
@@ -79,24 +80,33 @@ class NIM_OT_build_scene(bpy.types.Operator):
         return self.execute(context)
 
     def execute(self, context):
-        settings = context.scene.nim_scenes
-        scene_type = SCENES[settings.scene]
         if context.mode != "OBJECT":
             bpy.ops.object.mode_set(mode="OBJECT")
         try:
-            scene = scene_type.build(parameters_of(settings), backend_of(settings))
+            scene = build(context.scene.nim_scenes)
         except (ValueError, RuntimeError) as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        if scene != context.scene:
-            copy_settings(settings, scene.nim_scenes)
-        apply_quality(scene)
-        apply_spectral(scene)
         if context.window:
             context.window.scene = scene
             _look_through_camera(context.window)
         self.report({"INFO"}, pgettext_rpt("Built {}").format(scene.name))
         return {"FINISHED"}
+
+
+def build(settings: bpy.types.PropertyGroup) -> bpy.types.Scene:
+    """Build what the settings, a Scene.nim_scenes, say; returns the bpy.types.Scene, which has them too.
+
+    Raises ValueError or RuntimeError, one sentence, where they clash, or the scene cannot be built.
+    """
+    scene = SCENES[settings.scene].build(parameters_of(settings), backend_of(settings))
+    if scene != settings.id_data:
+        copy_settings(settings, scene.nim_scenes)
+    apply_quality(scene)
+    apply_spectral(scene)
+    built.remember(scene, standing.built_of(scene.nim_scenes))
+    standing.note_setting(scene)
+    return scene
 
 
 def _previews_render():
@@ -191,6 +201,34 @@ def _draw_field(layout, group, field):
         layout.prop(group, f"{name}_file")
 
 
+def _draw_standing(layout, context):
+    """Say where what stands in the view is not what the settings say, and why Live waits."""
+    scene, live = context.scene, context.window_manager.nim_live
+    name = scene.get(stages.STAGE_MARK)
+    say = pgettext_iface
+    if not standing.is_standing(scene):
+        if name in SCENES and name != scene.nim_scenes.scene:
+            text = say("The view shows {}: Build makes {}").format(say(title_of(name)), say(_chosen_title(scene)))
+            draw_sentence(layout, context, text, "INFO")
+        elif live:
+            draw_sentence(layout, context, say("Live follows what is built: press Build once"), "INFO")
+        return
+    known = standing.LOOKS.known(scene)
+    if known is None:
+        return
+    if known.changed:
+        labels = ", ".join(say(label, OWN) for label in known.changed)
+        draw_sentence(layout, context, say("Not in the view yet: {}").format(labels), "FILE_REFRESH")
+    if known.holds and (live or known.changed):
+        text = "Live waits" if live else "Build asks first"
+        reason = say("it was changed by hand, or holds baked caustics")
+        draw_sentence(layout, context, f"{say(text)}: {reason}", "INFO")
+
+
+def _chosen_title(scene):
+    return title_of(scene.nim_scenes.scene)
+
+
 def begins_here(context: bpy.types.Context) -> bool:
     """Whether the example scenes are what a person works with: no interface is in the scene yet, or it is one of them."""
     if context.scene.get(stages.STAGE_MARK):
@@ -247,9 +285,13 @@ class NIM_PT_scenes(Sidebar, bpy.types.Panel):
         column.prop(settings, "spectral")
         if settings.problem:
             draw_sentence(layout, context, settings.problem, "ERROR")
+        else:
+            _draw_standing(layout, context)
         row = layout.row(align=True)
         row.scale_y = 1.4
-        row.operator("nim.build_scene", icon="SCENE_DATA")
+        again = standing.is_standing(context.scene)
+        row.operator("nim.build_scene", text="Build Again" if again else "Build", icon="SCENE_DATA")
+        row.prop(context.window_manager, "nim_live", toggle=True, icon="FILE_REFRESH")
         layout.operator("nim.copy_command", icon="COPYDOWN")
 
 

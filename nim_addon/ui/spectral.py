@@ -7,7 +7,7 @@ from bpy.app.translations import pgettext_iface, pgettext_rpt
 from ..checks import spectral_checks
 from ..cycles import spectral
 from ..scenes.stage import STAGE_MARK
-from . import warnings
+from . import built, warnings
 from .media import backend_for
 from .panels import Sidebar, draw_sentence
 
@@ -43,16 +43,17 @@ class NIM_OT_spectral(bpy.types.Operator):
     def execute(self, context):
         """Set the scene up, or take that back, and say what was done."""
         scene = context.scene
-        if spectral.is_spectral(scene):
-            spectral.undo(scene)
-            self.report({"INFO"}, pgettext_rpt("The scene is as it was: no light is weighted any more"))
-        else:
-            try:
-                done = spectral.set_up(scene, backend_for(scene))
-            except (ValueError, RuntimeError) as error:
-                self.report({"ERROR"}, str(error))
-                return {"CANCELLED"}
-            self.report({"INFO"}, told(done))
+        with built.ours(scene):
+            if spectral.is_spectral(scene):
+                spectral.undo(scene)
+                self.report({"INFO"}, pgettext_rpt("The scene is as it was: no light is weighted any more"))
+            else:
+                try:
+                    done = spectral.set_up(scene, backend_for(scene))
+                except (ValueError, RuntimeError) as error:
+                    self.report({"ERROR"}, str(error))
+                    return {"CANCELLED"}
+                self.report({"INFO"}, told(done))
         if scene.get(STAGE_MARK):  # one of our own scenes, which is built anew as it is now
             scene.nim_scenes.spectral = spectral.is_spectral(scene)
         warnings.forget()

@@ -105,7 +105,7 @@ def shown_by_blender():
         ours = [base for base in cls.__mro__ if base.__module__.startswith(ui.__package__)]
         names = {name for base in ours for name in inspect.get_annotations(base)}
         add_properties(cls.__name__, owner, sorted(names))
-    for kind in (bpy.types.Scene, bpy.types.Material, bpy.types.Object):
+    for kind in (bpy.types.Scene, bpy.types.Material, bpy.types.Object, bpy.types.WindowManager):
         add_properties(kind.__name__, kind, [name for name in kind.bl_rna.properties.keys() if name.startswith("nim")])  # noqa: SIM118
     for socket in (socket for closure in CLOSURES for socket in closure.sockets):
         add(f"socket {socket.identifier}", socket.name, socket.description)

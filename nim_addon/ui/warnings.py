@@ -7,6 +7,7 @@ from bpy.app.translations import pgettext_iface, pgettext_rpt
 
 from .. import checks
 from ..checks import ball_checks, mesh_checks, ray_checks
+from ..checks.hints import hints
 from ..checks.sight import look
 from ..cycles.material import asked_interfaces, medium_of
 from . import deferred
@@ -32,6 +33,7 @@ class Found:
         sight = look(scene, layer.depsgraph, limit, _kept)
         self.backends = checks.backends(sight.ours)
         self.problems = checks.found_in(sight)
+        self.hints = hints(sight) if hasattr(scene, "cycles") else []
         self.notes = ball_checks.notes(sight)
         self.unmeasured = len(sight.left_out)
         self.lamps = [lamp.name for lamp in sight.lamps]
@@ -104,6 +106,14 @@ def draw_problems(layout: bpy.types.UILayout, context: bpy.types.Context, proble
             box.operator("nim.mend", text=problem.remedy, icon="TOOL_SETTINGS").code = problem.code
     if sum(problem.remedy is not None for problem in problems) > 1:
         layout.operator("nim.mend", text="Mend All", icon="TOOL_SETTINGS").code = ""
+
+
+def draw_hints(layout: bpy.types.UILayout, context: bpy.types.Context, hints: list[checks.Problem]) -> None:
+    """Draw a box for each hint, all of which the caustics' bake answers."""
+    for hint in hints:
+        box = layout.box().column(align=True)
+        draw_sentence(box, context, pgettext_iface(hint.texts[0]).format(**hint.values), icon="INFO")
+        box.operator("nim.bake_caustics", icon="LIGHT_SUN")
 
 
 class NIM_OT_mend(bpy.types.Operator):

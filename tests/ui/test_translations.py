@@ -17,6 +17,7 @@ import pytest
 from nim_addon import checks, ui
 from nim_addon.checks import (
     ball_checks,
+    hints,
     loss_checks,
     media_checks,
     mesh_checks,
@@ -37,6 +38,7 @@ SOURCES = sorted(Path(ui.__file__).parent.glob("*.py"))
 CHECKS = (
     ball_checks,
     checks,
+    hints,
     limits,
     loss_checks,
     media_checks,

@@ -6,6 +6,7 @@ from __future__ import annotations
 import atexit
 import dataclasses
 import json
+import shutil
 import subprocess
 import threading
 import time
@@ -37,6 +38,8 @@ class Work:
     joined:   name of the image that they make side by side, empty where they make none
     compared: what the record of that one says: "compares", a text for each of them, and "set", what they share
     captions: a line for each of them, below it in that image
+    own:      whether it is a person's own scene, of which the last picture is shown where an Image editor is open
+    passing:  a folder that goes with the job
     """
 
     title: str
@@ -45,6 +48,8 @@ class Work:
     joined: str = ""
     compared: dict[str, list[str]] = dataclasses.field(default_factory=dict)
     captions: tuple[str, ...] = ()
+    own: bool = False
+    passing: Path | None = None
 
 
 class Job:
@@ -52,7 +57,7 @@ class Job:
 
     def __init__(self, work: Work, folder: str | Path) -> None:
         """Start it; OSError where that cannot be done. `folder` is where it writes to."""
-        self.folder, self.title = Path(folder), work.title
+        self.folder, self.title, self.work = Path(folder), work.title, work
         self.done, self.total, self.when = 0, 0, time.monotonic()
         self.left: float | None = None
         self.files: list[Path] = []
@@ -100,6 +105,8 @@ class Job:
                 self.problem = ""
             elif not self.problem:
                 self.problem = pgettext_rpt("The render ended without a word (exit code {}).").format(self.code)
+            if self.work.passing:
+                shutil.rmtree(self.work.passing, ignore_errors=True)
         return self.running
 
     def cancel(self) -> None:
@@ -160,6 +167,8 @@ def tick() -> float | None:
         window.workspace.status_text_set(status)
     if not running:
         _clear_status()
+        if _job is not None and _job.work.own:
+            _show_where_open(_job)
     _redraw()
     return INTERVAL if running else None
 
@@ -325,12 +334,27 @@ class NIM_OT_open_result(_OfResult, bpy.types.Operator):
         return {"FINISHED"}
 
 
-def _image_editor(context):
-    """The Image editor on the screen, or one in a new window."""
+def _show_where_open(job):
+    """Show the last picture of a job that has ended in an Image editor that is open; a window of its own would be in the way."""
+    picture = next((file for file in reversed(job.files) if file.suffix == ".png"), None)
+    space = _open_image_editor(bpy.context)
+    if job.code == 0 and picture and picture.is_file() and space:
+        space.image = bpy.data.images.load(str(picture), check_existing=True)
+        space.image.reload()
+
+
+def _open_image_editor(context):
     for window in context.window_manager.windows:
         for area in window.screen.areas:
             if area.ui_type == "IMAGE_EDITOR":
                 return area.spaces.active
+    return None
+
+
+def _image_editor(context):
+    """The Image editor on the screen, or one in a new window."""
+    if space := _open_image_editor(context):
+        return space
     bpy.ops.wm.window_new()
     area = context.window_manager.windows[-1].screen.areas[0]
     area.ui_type = "IMAGE_EDITOR"
@@ -368,23 +392,27 @@ class NIM_PT_jobs(Sidebar, bpy.types.Panel):
         name = pgettext_iface(scenes.title_of(context.scene.nim_scenes.scene))
         text = pgettext_iface("Render {} Headless").format(name)
         layout.operator("nim.render_headless", text=text, icon="RENDER_STILL", translate=False)
-        if _job is None:
-            return
-        box = layout.box()
-        if _job.running:
-            box.label(text=_job.title, translate=False)
-            row = box.row(align=True)
-            row.progress(factor=_job.progress()[0], text=_job.text())
-            row.operator("nim.cancel_render", text="", icon="X")
-        elif _job.cancelled:
-            box.label(text="Cancelled", icon="X")
-        elif _job.problem:
-            draw_sentence(box, context, _job.problem, "ERROR")
-        if _job.files:
-            box.label(text=_job.files[-1].name, icon="CHECKMARK", translate=False)
-            row = box.row(align=True)
-            row.operator("nim.open_result", icon="IMAGE_DATA")
-            row.operator("nim.open_folder", icon="FILE_FOLDER")
+        if _job is not None and not _job.work.own:
+            draw(layout, context, _job)
+
+
+def draw(layout: bpy.types.UILayout, context: bpy.types.Context, job: Job) -> None:
+    """Draw how far a job is, or what it has made."""
+    box = layout.box()
+    if job.running:
+        box.label(text=job.title, translate=False)
+        row = box.row(align=True)
+        row.progress(factor=job.progress()[0], text=job.text())
+        row.operator("nim.cancel_render", text="", icon="X")
+    elif job.cancelled:
+        box.label(text="Cancelled", icon="X")
+    elif job.problem:
+        draw_sentence(box, context, job.problem, "ERROR")
+    if job.files:
+        box.label(text=job.files[-1].name, icon="CHECKMARK", translate=False)
+        row = box.row(align=True)
+        row.operator("nim.open_result", icon="IMAGE_DATA")
+        row.operator("nim.open_folder", icon="FILE_FOLDER")
 
 
 CLASSES = (

@@ -11,7 +11,7 @@ from ..renders.request import Request
 from ..scenes import SCENES
 from ..sweeps import axes, plan
 from ..sweeps.plan import Task
-from . import jobs, scenes
+from . import escape, jobs, scenes
 from .panels import Sidebar, draw_sentence
 from .scene_settings import backend_of, label_of, parameters_of
 from .translations import OWN
@@ -132,6 +132,8 @@ class NIM_OT_sweep(bpy.types.Operator):
             return result
         self.job = jobs.job()
         context.window_manager.modal_handler_add(self)
+        job = self.job
+        escape.listen(escape.Listening(lambda: jobs.job() is job and job.running, jobs.end), beside=context.window)
         return {"RUNNING_MODAL"}
 
     def modal(self, context, event):

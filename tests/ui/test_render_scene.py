@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A person's own scene, rendered headless as it is: what is in the picture, where it goes, and what stays as it was."""
+
+import time
+from types import SimpleNamespace
+
+import bpy
+import numpy as np
+import OpenImageIO as oiio
+import pytest
+
+from nim_addon.base.streams import quiet
+from nim_addon.cycles.images import read_metadata
+from nim_addon.ui import escape, jobs, preferences, render_scene
+
+
+@pytest.fixture
+def scene(addon, tmp_path):
+    """Blender's first scene, saved, of 16 x 9 pixels in Cycles."""
+    scene = bpy.context.scene
+    scene.render.engine = "CYCLES"
+    scene.cycles.samples, scene.cycles.use_denoising, scene.render.resolution_percentage = 1, False, 1
+    scene.render.resolution_x, scene.render.resolution_y = 1600, 900
+    with quiet():
+        bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "shot.blend"))
+    return scene
+
+
+def followed():
+    deadline = time.monotonic() + 90
+    while jobs.job().look():
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    return jobs.job()
+
+
+def pixels(file):
+    return oiio.ImageBuf(str(file)).get_pixels(oiio.FLOAT)[..., :3]
+
+
+def test_the_scene_is_rendered_with_what_is_not_saved(scene, press, tmp_path):
+    before = (tmp_path / "shot.blend").read_bytes()
+    bpy.data.objects["Cube"].location.x = 100  # out of sight, and not saved
+    scene.frame_set(3)
+    assert press("nim.render_scene") == {"FINISHED"}
+    copies = jobs.job().work.passing
+    assert copies.is_dir()
+    job = followed()
+    assert (job.problem, job.code) == ("", 0)
+    assert job.files == [tmp_path / "renders" / f"shot.{suffix}" for suffix in ("exr", "png")]
+    assert not copies.exists() and (tmp_path / "shot.blend").read_bytes() == before
+    assert bpy.data.filepath == str(tmp_path / "shot.blend")
+    empty = pixels(job.files[0])
+    assert empty.shape == (9, 16, 3) and np.ptp(empty) < 1e-3
+
+    scene.nim_render.keep = True
+    scene.frame_start, scene.frame_end, scene.frame_step = 2, 4, 2
+    cube = bpy.data.objects["Cube"]
+    cube.keyframe_insert("location", frame=2)
+    cube.location.x = 0
+    cube.keyframe_insert("location", frame=4)
+    assert press("nim.render_scene", animation=True) == {"FINISHED"}
+    job = followed()
+    folder = tmp_path / "renders"
+    assert job.files[::2] == [folder / "shot_2_0002.exr", folder / "shot_2_0004.exr"]  # nothing is written over
+    first, second = map(pixels, job.files[::2])
+    assert np.ptp(first) < 1e-3 < np.ptp(second)
+    assert read_metadata(job.files[0])["blend"]["file"] == str(folder / "shot_2.blend")
+    assert render_scene.free_name(folder, "shot") == "shot_3"
+
+
+def test_pictures_go_where_the_scene_says(scene, tmp_path):
+    for path, folder, name in (
+        ("//out/beauty_####.png", "out", "beauty"),
+        ("//out/", "out", "shot"),
+        ("//final", "", "final"),
+        ("/tmp/", "renders", "shot"),
+    ):
+        scene.render.filepath = path
+        assert render_scene.place_of(scene) == (tmp_path / folder, name)
+    preferences.settings().folder = str(tmp_path / "all")
+    assert render_scene.place_of(scene) == (tmp_path / "all", "shot")
+    preferences.settings().folder = ""
+
+
+def test_what_cannot_be_rendered_is_said_by_the_button(scene, press):
+    scene.frame_start = 0
+    with pytest.raises(RuntimeError, match="0 to 250 cannot be rendered here"):
+        press("nim.render_scene", animation=True)
+    scene.camera = None
+    with pytest.raises(RuntimeError, match="no camera"):
+        press("nim.render_scene")
+    scene.render.engine = "BLENDER_WORKBENCH"
+    with pytest.raises(RuntimeError, match="Only Cycles"):
+        press("nim.render_scene")
+
+
+def test_escape_is_heard_and_the_rest_passes():
+    going, stopped = [True], []
+    event = SimpleNamespace(type="A", value="PRESS")
+    some = escape.Listening(lambda: going[0], lambda: stopped.append(1), passing={"MOUSEMOVE"})
+    everything = escape.Listening(lambda: going[0], lambda: stopped.append(1))
+    assert (some.hears(event), everything.hears(event)) == ({"RUNNING_MODAL"}, {"PASS_THROUGH"})
+    assert some.hears(SimpleNamespace(type="MOUSEMOVE", value="NOTHING")) == {"PASS_THROUGH"} and not stopped
+    assert some.hears(SimpleNamespace(type="ESC", value="PRESS")) == {"FINISHED"} and stopped == [1]
+    going[0] = False
+    assert some.hears(event) == {"FINISHED", "PASS_THROUGH"}

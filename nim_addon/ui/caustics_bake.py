@@ -14,14 +14,14 @@ from bpy.app.translations import pgettext_iface, pgettext_rpt
 from .. import caustics
 from ..base.text import duration
 from ..caustics.digest import digest
-from . import caustics_looks
+from . import caustics_looks, escape
 
 MILLION = 1_000_000  # photons in the panel's unit
 ROUND = 1 << 18  # photons of a round, at most: a window does not answer meanwhile
 LEAST_ROUNDS = 2  # of which caustics can be made: either half of them smooths the other
 # What still gets through while a window bakes: looking around. Anything else could change what is being traced.
 LOOKING = {"MIDDLEMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE", "TRACKPADPAN", "TRACKPADZOOM", "MOUSEROTATE"}
-LOOKING |= {"MOUSEMOVE", "INBETWEEN_MOUSEMOVE", "WINDOW_DEACTIVATE"}
+LOOKING |= {"TIMER", "MOUSEMOVE", "INBETWEEN_MOUSEMOVE", "WINDOW_DEACTIVATE"}
 
 
 def millions(photons: float) -> str:
@@ -132,6 +132,7 @@ class Press:
 
     def __init__(self, report: Callable[[set[str], str], None]):
         self.run, self.report = None, report
+        self.asked_to_stop = False  # in another window than the one it was started in
 
     def tick(self, scene: bpy.types.Scene) -> set[str]:
         """Start, trace a round or put what is traced into the scene, whichever is next."""
@@ -156,6 +157,10 @@ class Press:
             drop()  # or no other bake could be started
             raise
         return set()
+
+    def ask_to_stop(self) -> None:
+        """Have it stopped by the next event of the window that it was started in."""
+        self.asked_to_stop = True
 
     def stop(self) -> set[str]:
         """Keep what is traced so far, if that is enough to be seen."""
@@ -214,14 +219,16 @@ class NIM_OT_bake_caustics(bpy.types.Operator):
             return self.execute(context)
         global _timer
         manager = context.window_manager
-        self.press = Press(self.report)
-        _timer = manager.event_timer_add(0.02, window=context.window)
+        press = self.press = Press(self.report)
+        timer = _timer = manager.event_timer_add(0.02, window=context.window)
         manager.progress_begin(0, 100)
         manager.modal_handler_add(self)
+        listening = escape.Listening(lambda: _timer is timer, press.ask_to_stop, LOOKING)
+        escape.listen(listening, beside=context.window)
         return {"RUNNING_MODAL"}
 
     def modal(self, context, event):
-        if event.type == "ESC" and event.value == "PRESS":
+        if self.press.asked_to_stop or (event.type == "ESC" and event.value == "PRESS"):
             return self._closed(context, self.press.stop())
         if event.type == "TIMER":
             # Blender may hang where a script sets up a scene while a material's icon is rendered

@@ -174,7 +174,7 @@ class NIM_PT_render(Sidebar, bpy.types.Panel):
         row = layout.row(align=True)
         draw_buttons(row, scene)
         folder, name = place_of(scene)
-        layout.label(text=str(folder / name), icon="FILE_FOLDER", translate=False)
+        layout.label(text=f"{folder.name}/{name}", icon="FILE_FOLDER", translate=False)
         layout.prop(scene.nim_render, "keep")
         job = jobs.job()
         if job and job.work.own:

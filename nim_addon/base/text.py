@@ -22,11 +22,17 @@ def in_any_case(word: str, known: Iterable[str]) -> str:
     return next((name for name in known if name.lower() == word.lower()), word)
 
 
-def unknown(sort: str, word: str, known: Collection[str]) -> str:
-    """The sentence for a `word` that is no name of that sort, as the `known` ones are, with the nearest of them."""
+def nearest(word: str, known: Iterable[str]) -> str | None:
+    """The one of the `known` names that a person may have meant by a `word`, or None."""
     folded = {name.lower(): name for name in known}
     near = difflib.get_close_matches(word.lower(), folded, 1, 0.5)
-    hint = f"did you mean {folded[near[0]]}? The" if near else "the"
+    return folded[near[0]] if near else None
+
+
+def unknown(sort: str, word: str, known: Collection[str]) -> str:
+    """The sentence for a `word` that is no name of that sort, as the `known` ones are, with the nearest of them."""
+    near = nearest(word, known)
+    hint = f"did you mean {near}? The" if near else "the"
     return f"there is no {sort} {word!r}; {hint} ones that exist are {', '.join(known)}."
 
 

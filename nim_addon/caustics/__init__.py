@@ -6,14 +6,17 @@ baking.Bake; digest says whether a bake still is of its scene.
 """
 
 from ..cycles.visibility import CAUSTICS_MARK
-from .baking import PHOTONS, Bake, bake, best_way, out_of_date
+from .baking import MILLION, PHOTONS, REPORT, Bake, asked_for, bake, best_way, out_of_date
 from .placing import COLLECTION, baked, clear, left
 
 __all__ = [
     "CAUSTICS_MARK",
     "COLLECTION",
+    "MILLION",
     "PHOTONS",
+    "REPORT",
     "Bake",
+    "asked_for",
     "bake",
     "baked",
     "best_way",

@@ -31,7 +31,9 @@ from .placing import COLLECTION, SKY, baked, clear
 
 # custom properties of the collection, in files that people have: they keep their names
 DIGEST = "nim_caustics_of"  # digest() of the scene that was traced
+REPORT = "nim_caustics_baked"  # what a person had baked: of how many photons, how large, and by which settings
 STANDING = "nim_caustics_standing"  # a hash of placing.standing() as it was left
+MILLION = 1_000_000  # photons in a person's unit
 PHOTONS = 1 << 24
 ROUND_PHOTONS = 1 << 20
 SAVING = 20  # seconds between two savings of a bake
@@ -283,6 +285,15 @@ def best_way(scene: bpy.types.Scene) -> str:
     with as_rendered(scene) as depsgraph:
         worn = {material for surface in shown(scene, depsgraph) for material in surface.materials}
     return "traced" if any(map(asked_interfaces, worn)) else "path"
+
+
+def asked_for(collection: bpy.types.Collection) -> tuple[int, int | None]:
+    """The photons, and the edge of the largest texture, that the baked() collection of a scene was asked for with."""
+    report = collection.get(REPORT)
+    if report is None:  # of a script, which says nothing
+        return PHOTONS, None
+    settings = list(report["settings"])  # empty where the bake was stopped before its end
+    return (int(settings[0]) * MILLION, int(settings[1])) if settings else (max(1, round(report["photons"])), None)
 
 
 def out_of_date(scene: bpy.types.Scene, marks: dict | None = None) -> bool:

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 
 from ..base.text import in_any_case
 from . import blender, words
-from .render import add_options, carry_out, refused, with_options
+from .act import carry_out, refused, with_options
+from .render import add_options
 from .report import Output
 from .words import UsageError
 

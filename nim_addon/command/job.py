@@ -7,8 +7,8 @@ import sys
 
 from ..base import records, signals, streams
 from . import answer, blender, script
+from .act import carry_out, refused
 from .compare import render_side_by_side
-from .render import carry_out, refused
 from .report import Output
 from .words import UsageError
 

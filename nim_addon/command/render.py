@@ -1,23 +1,23 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`nimray render`: an image of a scene, an earlier one again, or a sequence of them."""
+"""`nimray render`: an image of a scene or of a .blend, an earlier one again, or a sequence of them."""
 
 from __future__ import annotations
 
 import argparse
-import contextlib
 import dataclasses
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..base.options import BACKENDS, CAUSTICS, FPS, MOST_PASSES, MOST_PHOTONS, MOST_SAMPLES, MOST_SEED
-from ..base.text import fit, printable
+from ..base.options import BACKENDS, CAUSTICS, FPS, LAST_FRAME, MOST_PASSES, MOST_PHOTONS, MOST_SAMPLES, MOST_SEED
+from ..base.text import fit
 from . import blender, words
-from .report import Output, note
+from .act import carry_out, refused, with_options
+from .render_blend import render_blend, request_of
+from .report import Output
 from .words import UsageError
 
 if TYPE_CHECKING:
-    from ..renders.request import Rendered, Request
+    pass
 
 
 def add_to(commands: argparse._SubParsersAction) -> None:
@@ -26,7 +26,7 @@ def add_to(commands: argparse._SubParsersAction) -> None:
         commands,
         "render",
         run,
-        "Render a scene to NAME.exr (linear, 32-bit) and NAME.png (as displayed).",
+        "Render a scene, or one of a .blend, to NAME.exr (linear, 32-bit) and NAME.png (as displayed).",
         "examples:\n"
         "  nimray render sphere\n"
         "  nimray render sphere --set n=1.5 companions=yes --samples 256 --size 1280x960\n"
@@ -35,19 +35,26 @@ def add_to(commands: argparse._SubParsersAction) -> None:
         "  nimray render --again renders/sphere.exr --samples 1024\n"
         "  nimray render pool --set view=window --frames 1-48 --denoise\n"
         "  nimray render sphere spectral=yes --samples 256\n"
-        "  nimray render sphere --wavelengths 400:700:10 --pixel 400,300\n\n"
+        "  nimray render sphere --wavelengths 400:700:10 --pixel 400,300\n"
+        "  nimray render mine.blend --frames 1-48 --size 50%\n\n"
         "With --frames, the waves of pool and sea move: NAME_0001, NAME_0002, ... show them (frame - 1) / FPS seconds\n"
         "after their parameter time, each frame with a noise of its own (of seed S + frame). What is there already, and\n"
         "was made of the same, is not rendered again.\n\n"
+        "A .blend is rendered as it is, by Cycles, after the checks of the add-on have said what would spoil the picture;\n"
+        "--frames are those of its animation. Caustics that it has are traced anew where something has moved since.\n\n"
         "A spectral render has all wavelengths: media that disperse show their colours. With --wavelengths each is rendered\n"
         "by itself, into a spectral EXR; the mean of a pixel, or of a region, by wavelength goes to NAME.csv.\n\n"
         "`nimray scenes` lists the scenes and the keys that --set takes.",
     )
-    parser.add_argument("scene", nargs="?", metavar="SCENE", help=words.A_SCENE)
+    parser.add_argument("scene", nargs="?", metavar="SCENE|FILE", help=f"{words.A_SCENE}, or a .blend")
+    parser.add_argument("--scene", metavar="NAME", dest="which", help="of a .blend with several scenes")
+    parser.add_argument("--strict", action="store_true", help="refuse a .blend of which the checks find something")
     add_options(parser)
     parser.add_argument("--blend", action="store_true", help="save the Blender file too")
     parser.add_argument("--again", metavar="FILE", help="repeat the render that made this EXR or PNG")
-    parser.add_argument("--frames", type=words.frames, metavar="A-B", help="a sequence of images, the waves moving")
+    parser.add_argument("--frames", type=words.frames, metavar="A-B", help="a sequence of images, what moves moving")
+    step = words.whole("--step", 1, LAST_FRAME)
+    parser.add_argument("--step", type=step, metavar="N", help="every N-th frame of a .blend (1)")
     parser.add_argument("--fps", type=words.rate, metavar="FPS", help=f"frames a second ({FPS})")
     parser.add_argument(
         "--wavelengths",
@@ -110,8 +117,16 @@ def run(arguments: argparse.Namespace) -> None:
         raise UsageError("--fps goes with --frames.")
     _check_stack(arguments)
     if not arguments.again and not arguments.scene:
-        raise UsageError(f"name a scene to render: {words.A_SCENE}.")
+        raise UsageError(f"name a scene to render: {words.A_SCENE}, or a .blend.")
+    of_blend = bool(arguments.scene and arguments.scene.lower().endswith(".blend"))
+    _check_blend(arguments, of_blend)
     blender.load()
+    if of_blend:
+        if not arguments.wavelengths:
+            return render_blend(arguments)
+        with refused():
+            request = request_of(arguments).decided()
+        return _render_stack(request, arguments, arguments.name or words.own_name(request.name), {})
     from ..renders.request import Request
     from ..scenes.parameters import file_name
 
@@ -136,6 +151,18 @@ def run(arguments: argparse.Namespace) -> None:
     with Output(1, quiet=arguments.quiet, progress=arguments.progress) as output:
         rendered = carry_out(request, arguments.out, name, output, blend=arguments.blend, made_with=made_with)
         output.end([rendered.exr, rendered.png], rendered.record["size"], rendered.record["samples"])
+
+
+def _check_blend(arguments, of_blend):
+    if of_blend:
+        if arguments.fps:
+            raise UsageError("--fps is of the waves of pool and sea; a .blend has its own frames.")
+        if arguments.step and not arguments.frames:
+            raise UsageError("--step goes with --frames.")
+        return
+    for name, option in (("which", "--scene"), ("strict", "--strict"), ("step", "--step")):
+        if getattr(arguments, name):
+            raise UsageError(f"{option} is of a .blend; give one in the place of SCENE, or leave {option} out.")
 
 
 def _check_stack(arguments):
@@ -173,21 +200,6 @@ def _render_stack(request, arguments, name, record):
         output.end(files, made.record["size"], made.record["samples"])
 
 
-def with_options(request: Request, arguments: argparse.Namespace) -> Request:
-    """A request with the options of add_options() that were given; ValueError for what no render has."""
-    keys = ("samples", "seed", "backend", "denoise", "caustics", "photons", "spectral", "spectral_passes", "wavelength")
-    given = {key: getattr(arguments, key) for key in keys if getattr(arguments, key) is not None}
-    if arguments.size:
-        given["size"] = arguments.size(request.size)
-    if given.get("caustics") == "path":
-        given.setdefault("photons", None)
-    if {"samples", "spectral"} & given.keys():
-        given.setdefault("spectral_passes", None)  # of an image that is repeated: as suits what is other now
-    if given.get("spectral"):
-        given.setdefault("wavelength", None)
-    return dataclasses.replace(request, **given)
-
-
 def _render_frames(request, arguments, name):
     if not request.moves:
         raise UsageError(f"nothing moves in the {request.scene}; --frames is for the pool and the sea.")
@@ -199,43 +211,3 @@ def _render_frames(request, arguments, name):
             rendered = carry_out(moment, arguments.out, f"{name}_{frame:04}", output, keep=True, blend=arguments.blend)
             output.written([rendered.exr, rendered.png])
         output.end([], rendered.record["size"], rendered.record["samples"])
-
-
-def carry_out(
-    request: Request,
-    folder: str,
-    name: str,
-    output: Output,
-    *,
-    keep: bool = False,
-    blend: bool = False,
-    made_with: str | None = None,
-) -> Rendered:
-    """Render a request, of an image that was `made_with` that Blender; `keep` and `blend` as Request.render() has them."""
-    from bpy.app import version_string
-
-    def showing(name, samples):
-        if made_with not in (None, version_string) and not output.quiet:
-            note(f"made with Blender {printable(made_with)}, repeated with {version_string}.")
-        return output.showing(name, samples)
-
-    with refused():
-        rendered = request.render(folder, name, keep=keep, blend=blend, showing=showing, tracing=output.tracing)
-    if rendered.was_there and not output.quiet:
-        note(f"{rendered.exr} is there already.")
-    return rendered
-
-
-@contextlib.contextmanager
-def refused() -> Iterator[None]:
-    """Say in the words of the command what makes no sense in a request."""
-    from ..renders.request import NoPhotons, NotTraced
-
-    try:
-        yield
-    except NoPhotons:
-        raise UsageError("--photons goes with --caustics traced.") from None
-    except NotTraced as error:
-        raise UsageError(f"--caustics traced: {error}") from None
-    except ValueError as error:
-        raise UsageError(str(error)) from None

@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING
 from ..base.options import FPS
 from ..base.text import duration
 from . import blender, words
-from .render import add_options, refused, with_options
+from .act import refused, with_options
+from .render import add_options
 from .report import FAILURE, Failure, note
 from .sweep_board import Board
 from .words import UsageError

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
@@ -13,6 +14,9 @@ from typing import Any
 import bpy
 
 from ..base.streams import quiet
+from ..base.text import nearest
+
+ZSTD = b"\x28\xb5\x2f\xfd"  # the first bytes of a compressed file
 
 
 @dataclass(frozen=True)
@@ -40,7 +44,9 @@ class Blend:
         if scene is None and len(names) > 1:
             raise ValueError(f"{path} has the scenes {listed}; name one of them.")
         if scene is not None and scene not in names:
-            raise ValueError(f"{path} has no scene {scene!r}; it has {listed}.")
+            near = nearest(scene, names)
+            hint = f"did you mean {near!r}? It has" if near else "it has"
+            raise ValueError(f"{path} has no scene {scene!r}; {hint} {listed}.")
         return cls(str(path), scene or names[0], sha256_of(path))
 
     @classmethod
@@ -78,8 +84,68 @@ def _scenes_of(path):
     except (OSError, RuntimeError):
         names = []
     if not names:
+        if later := newer(path):
+            this = ".".join(map(str, bpy.app.version[:2]))
+            raise ValueError(f"{path} was saved by Blender {later}, which this one, {this}, cannot read; use {later}.")
         raise ValueError(f"{path} is not a Blender file with a scene in it.")
     return names
+
+
+def newer(path: Path) -> str | None:
+    """The version of the Blender that saved a file, "5.2", where its head has one that is later than this; else None."""
+    with path.open("rb") as stream:
+        head = stream.read(4)
+    if head == ZSTD:  # compressed, which Python cannot read by itself
+        try:
+            import zstandard  # pyright: ignore[reportMissingImports]  Blender brings it along
+
+            with path.open("rb") as stream, zstandard.ZstdDecompressor().stream_reader(stream) as plain:
+                head = plain.read(17)
+        except (ImportError, OSError, zstandard.ZstdError):
+            return None
+    else:
+        with path.open("rb") as stream:
+            head = stream.read(17)
+    # BLENDER-v405 until 4.5, BLENDER17-01v0500 from 5.0 on
+    found = re.match(rb"BLENDER(?:\d\d-\d\dv0?(\d+)(\d\d)|[-_][vV](\d)(\d\d))", head)
+    version = tuple(int(number) for number in found.groups() if number) if found else ()
+    return ".".join(map(str, version)) if version > bpy.app.version[:2] else None
+
+
+def missing_files(scene: bpy.types.Scene) -> list[str]:
+    """What a scene needs that is not there: the paths of linked libraries, images and fonts, sorted."""
+    needed = _used_by(scene)
+    lacking = set()
+    for owner in needed:
+        paths = [owner.filepath] if owner.filepath else []
+        if isinstance(owner, bpy.types.Image):
+            if owner.source not in ("FILE", "SEQUENCE", "MOVIE", "TILED") or owner.packed_files:
+                continue
+            if owner.source == "TILED":  # a file for each tile
+                paths = [owner.filepath.replace("<UDIM>", str(tile.number)) for tile in owner.tiles]
+        elif owner.filepath == "<builtin>" or getattr(owner, "packed_file", None):
+            continue
+        full = [bpy.path.abspath(path, library=owner.library) for path in paths]
+        lacking.update(path for path in full if not Path(path).is_file())
+    return sorted(lacking)
+
+
+def _used_by(scene):
+    """The images, fonts and libraries that a scene needs, whatever they are needed by."""
+    users = bpy.data.user_map()
+    uses: dict[Any, list] = {}
+    for used, those in users.items():
+        for user in those:
+            uses.setdefault(user, []).append(used)
+    seen, queue = {scene}, [scene]
+    while queue:
+        data = queue.pop()
+        for used in uses.get(data, ()):
+            if used not in seen and not isinstance(used, bpy.types.Scene):
+                seen.add(used)
+                queue.append(used)
+    libraries = {data.library for data in seen if data.library}
+    return libraries | {data for data in seen if isinstance(data, (bpy.types.Image, bpy.types.VectorFont))}
 
 
 def sha256_of(path: Path) -> str:

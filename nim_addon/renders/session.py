@@ -80,8 +80,8 @@ class Session(Generic[Kind]):
                     "this Blender was built without OpenImageDenoise; leave --denoise out and take more samples."
                 )
             if request.blend:
-                if any(getattr(request, key) is None for key in OPEN_IN_A_BLEND):
-                    request = _as_in(self._temporary.scene, request)
+                if any(getattr(request, key) is None for key in (*OPEN_IN_A_BLEND, "caustics")):
+                    request = _baked_anew(self._temporary.scene, _as_in(self._temporary.scene, request))
             else:
                 request = dataclasses.replace(request, backend=resolve(request.backend))
                 if request.caustics is None:
@@ -180,7 +180,8 @@ class Session(Generic[Kind]):
         return Rendered(exr, png, record, False)
 
     def check(self) -> None:
-        """Raise NotTraced where caustics are to be traced that cannot be, before anything is written."""
+        """Raise, before anything is written, RuntimeError as render.check_scene(), and NotTraced where caustics cannot be."""
+        render.check_scene(self.scene)
         if self.request.caustics == "traced":
             with _said_of_tracing():
                 caustics.Bake(self.scene)
@@ -205,7 +206,10 @@ def can_denoise() -> bool:
 def _as_in(scene, request):
     """The request for the scene of a .blend with all that the file decides."""
     if scene.render.engine != "CYCLES":
-        raise ValueError(f"the scene {request.blend.scene!r} of {request.blend.file} is not rendered by Cycles.")
+        raise ValueError(
+            f"the scene {request.blend.scene!r} of {request.blend.file} is not rendered by Cycles, which alone bends a ray "
+            "backwards; choose Cycles as its Render Engine."
+        )
     part = scene.render.resolution_percentage / 100
     own = {
         "size": tuple(max(1, round(side * part)) for side in (scene.render.resolution_x, scene.render.resolution_y)),
@@ -214,6 +218,15 @@ def _as_in(scene, request):
         "denoise": scene.cycles.use_denoising,
     }
     return dataclasses.replace(request, **{key: value for key, value in own.items() if getattr(request, key) is None})
+
+
+def _baked_anew(scene, request):
+    """The request with caustics that are traced where the .blend has some that are of another state of its scene."""
+    if request.caustics is not None or not caustics.out_of_date(scene):
+        return request
+    photons, texels = caustics.asked_for(known(caustics.baked(scene)))
+    photons, texels = request.photons or photons, request.texels or texels
+    return dataclasses.replace(request, caustics="traced", photons=photons, texels=texels)
 
 
 def _drawing(scene, request):

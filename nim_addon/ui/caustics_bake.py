@@ -13,10 +13,10 @@ from bpy.app.translations import pgettext_iface, pgettext_rpt
 
 from .. import caustics
 from ..base.text import duration
+from ..caustics import MILLION
 from ..caustics.digest import digest
 from . import caustics_looks, escape
 
-MILLION = 1_000_000  # photons in the panel's unit
 ROUND = 1 << 18  # photons of a round, at most: a window does not answer meanwhile
 LEAST_ROUNDS = 2  # of which caustics can be made: either half of them smooths the other
 # What still gets through while a window bakes: looking around. Anything else could change what is being traced.
@@ -80,7 +80,7 @@ class Run:
         self.bake.put()
         collection = caustics.baked(scene)
         textures = self.bake.density.textures.values()
-        collection[caustics_looks.BAKED] = {
+        collection[caustics.REPORT] = {
             "photons": self.photons,
             "seconds": time.monotonic() - self.started,
             "surfaces": len(textures),

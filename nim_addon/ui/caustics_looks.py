@@ -13,7 +13,6 @@ from ..caustics.digest import forget_changed
 from .looks import Looks
 
 SETTLED = 0.3  # seconds without a redraw before a change is looked at: not while an object is dragged
-BAKED = "nim_caustics_baked"  # of the collection of the caustics: what was baked, and of how much
 
 MESHES = {}  # the marks of meshes, as caustics.digest keeps them
 
@@ -25,7 +24,7 @@ class Known:
         self.lights = _names_of_lights(scene)
         collection = caustics.baked(scene)
         self.baked = collection is not None
-        report = collection.get(BAKED) if self.baked else None
+        report = collection.get(caustics.REPORT) if self.baked else None
         self.report = report.to_dict() if report else None  # a script's own bake says nothing of itself
         self.left = caustics.left(scene)
         self.stale = self.baked and caustics.out_of_date(scene, MESHES)

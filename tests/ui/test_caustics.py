@@ -89,7 +89,7 @@ def test_the_button_bakes_and_clear_gives_the_scene_back(scene, press, capfd):
     with pytest.raises(RuntimeError, match="This scene has no baked caustics"):
         press("nim.clear_caustics")
     assert press("nim.bake_caustics") == {"FINISHED"}
-    report = engine.baked(scene)[caustics_looks.BAKED].to_dict()
+    report = engine.baked(scene)[engine.REPORT].to_dict()
     assert report["photons"] == pytest.approx(20_000, rel=0.01)
     assert report["surfaces"] == 1 and report["seconds"] > 0
     image = next(image for image in bpy.data.images if image.name.startswith(engine.COLLECTION))

@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`nimray render FILE.blend`: a scene of any .blend, one image or frames of its animation, with the checks before."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from . import words
+from .act import carry_out, refused, with_options
+from .report import Failure, Output, note
+from .words import UsageError
+
+if TYPE_CHECKING:
+    from ..renders.request import Request, Session
+
+
+def render_blend(arguments: argparse.Namespace) -> None:
+    """Render what the words ask for; `arguments` as render.run() has them, Blender loaded."""
+    request = request_of(arguments)
+    name = arguments.name or words.own_name(request.name)
+    moments = {name: request}
+    if arguments.frames:
+        first, last = arguments.frames
+        moments = {
+            f"{name}_{frame:04}": dataclasses.replace(request, frame=frame)
+            for frame in range(first, last + 1, arguments.step or 1)
+        }
+    said = _Said(request, strict=arguments.strict, quiet=arguments.quiet)
+    with Output(len(moments), quiet=arguments.quiet, progress=arguments.progress) as output:
+        for name, moment in moments.items():
+            output.frame = moment.frame
+            keep = moment.frame is not None
+            rendered = carry_out(moment, arguments.out, name, output, keep=keep, blend=arguments.blend, before=said)
+            output.written([rendered.exr, rendered.png])
+        output.end([], rendered.record["size"], rendered.record["samples"])
+
+
+def request_of(arguments: argparse.Namespace) -> Request:
+    """The request for the scene of a .blend that the words name, with the numbers of --set in its materials."""
+    from ..renders.request import Request
+
+    with refused():
+        whole = Request.of_blend(arguments.scene, arguments.which)
+        inputs = dict(map(_input, arguments.assignments))
+        return with_options(dataclasses.replace(whole, inputs=inputs or None), arguments)
+
+
+def _input(text):
+    """(MATERIAL:INPUT, number) of a text with an = between them."""
+    key, _, value = text.rpartition("=")
+    if not all(key.partition(":")):
+        raise UsageError(f"--set {text!r}: a .blend has no parameters; set inputs, 'MATERIAL:INPUT=NUMBER'.")
+    return key, words.number(f"--set {key}")(value)
+
+
+class _Said:
+    """What is said of a scene before it is rendered, each thing once however many frames have it."""
+
+    def __init__(self, request: Request, *, strict: bool, quiet: bool) -> None:
+        self.caustics, self.strict, self.quiet = request.caustics, strict, quiet
+        self.known: set[str] = set()
+
+    def __call__(self, session: Session) -> None:
+        """Say what a render would show wrong; Failure instead of the first of it where that is strict."""
+        from .. import checks
+        from ..renders.asked import known
+        from ..renders.blends import missing_files, newer
+
+        decided, scene = session.request, session.scene
+        later = newer(Path(known(decided.blend).file))
+        wrong = [f"it was saved by Blender {later}, and this is older; what is new there is lost."] if later else []
+        wrong += [f"{file} is missing, which the scene needs." for file in missing_files(scene)]
+        wrong += [problem.sentence for problem in checks.problems(scene)]
+        if wrong and self.strict:
+            more = f" ({len(wrong) - 1} more)" * (len(wrong) > 1)
+            raise Failure(f"{_at(decided)}{wrong[0].rstrip('.')}{more}; mend it, or leave --strict out.")
+        if decided.caustics != self.caustics:
+            wrong.append(
+                "the caustics in the file are of another state of its scene; they are traced anew, or left out with "
+                "--caustics path."
+            )
+        for sentence in wrong:
+            if sentence not in self.known and not self.quiet:
+                note(f"{_at(decided)}{sentence}")
+        self.known.update(wrong)
+
+
+def _at(request):
+    return f"frame {request.frame}: " if request.frame is not None else ""

@@ -73,34 +73,38 @@ class _Body(NamedTuple):
 
 
 class Meshes:
-    """The meshes of visibility.shown(), as physics.rays.trace() takes surfaces; valid as long as their depsgraph.
+    """The meshes of visibility.shown(), as physics.rays.trace() takes surfaces; to be cast at as long as their depsgraph is valid.
 
     Faces with an interface node bend rays, those of another law (cycles.laws) take them elsewhere, all others stop them.
     `unknown` names the materials whose media a link decides: what it gives is not known here, so rays stop there as well.
     `rough` names those with a rough surface, where rays go as by a smooth one, in the middle of what is scattered. `bounds`
     maps each object (its original) to the two corners of its interfaces, and is empty where there is none; `low` and `high`
     are those of all, `size` the distance between them. `gap` is more than the rounding of a hit, for trace(): Blender's trees
-    find the face, in single precision, and where a ray meets it is worked out again in double.
+    find the face, in single precision, and where a ray meets it is worked out again in double. `left_out` names the objects
+    whose meshes have more faces than `kept` allows: rays pass through them.
+
+    kept: what of the meshes may be known already, and is to be known the next time
 
     A bend uses the interpolated normal, as Cycles does: with the faces' own, a beam through a round but coarse mesh
     comes out as one bundle a face.
     """
 
-    def __init__(self, surfaces: Iterable[Shown], depsgraph: bpy.types.Depsgraph):
+    def __init__(self, surfaces: Iterable[Shown], depsgraph: bpy.types.Depsgraph, kept: Kept | None = None):
         self.interfaces: list[Interface | Law] = []
         self.bounds = {}
-        self.unknown, self.rough = set(), set()
-        self._bodies, boxes, known_meshes, known_materials = [], [], {}, {}
+        self.unknown, self.rough, self.left_out = set(), set(), set()
+        self._bodies, boxes, known_materials = [], [], {}
+        kept = Kept() if kept is None else kept
         far = 0.0
         for surface in surfaces:
             matrix = np.array(surface.matrix.copy(), float)
             if np.linalg.det(matrix[:3, :3]) == 0:
                 continue
-            key = surface.mesh.as_pointer()
-            if key not in known_meshes:
-                known_meshes[key] = _Mesh(surface, depsgraph)
-            mesh = known_meshes[key]
+            mesh = kept.mesh(surface, depsgraph)
             if not mesh.faces:
+                continue
+            if mesh.faces > kept.largest:
+                self.left_out.add(surface.original.name)
                 continue
             for material in surface.materials:
                 if material not in known_materials:
@@ -121,6 +125,7 @@ class Meshes:
             self.size = float(np.linalg.norm(self.high - self.low))
         self.gap = 1e-6 * far
         self._boxes = np.array(boxes).reshape(-1, 2, 3)
+        kept.leave_unused()
 
     def _placed(self, which, matrix):
         """Index of what _which() says of a material, on an object of that matrix; -1 where rays end at it."""
@@ -157,32 +162,46 @@ class Meshes:
         step = max(1, AT_ONCE // max(1, len(self._bodies)))
         for start in range(0, count, step):
             rays = slice(start, start + step)
-            for ray, at, towards, slot in self._met(origins[rays], directions[rays]):
-                if at < distance[start + ray]:
-                    distance[start + ray], normal[start + ray], which[start + ray] = at, towards, slot
+            ray, at, towards, slot = self._met(origins[rays], directions[rays])
+            # the nearest of each ray, the first found where two are as near
+            order = np.lexsort((at, ray))
+            _, first = np.unique(ray[order], return_index=True)
+            chosen = order[first]
+            there = start + ray[chosen]
+            distance[there], normal[there], which[there] = at[chosen], towards[chosen], slot[chosen]
         return Hit(distance, normal, which)
 
     def _met(self, origins, directions):
-        """Of each ray the hits that may be the nearest: its index, the distance, the normal, the interface."""
+        """Hits (H,) that may be the nearest of their rays: indices of those, distances, normals (H, 3), interfaces."""
+        ray, body, face = self._faces(origins, directions)
+        distance, normal, which = np.zeros(len(ray)), np.zeros((len(ray), 3)), np.full(len(ray), -1)
+        for j in np.unique(body):
+            rows = np.flatnonzero(body == j)
+            one = self._bodies[j]
+            distance[rows], normal[rows] = _exactly(one, face[rows], origins[ray[rows]], directions[ray[rows]])
+            which[rows] = one.which[np.minimum(one.mesh.slots[face[rows]], len(one.which) - 1)]
+        return ray, distance, normal, which
+
+    def _faces(self, origins, directions):
+        """What _met() looks at: rays, bodies, and faces of theirs that they meet, three arrays (H,) of indices."""
         ray, body, entry = self._candidates(origins, directions)
         if not len(ray):
-            return
+            return ray, body, ray
         inverse = np.array([body.inverse for body in self._bodies])[body]
         starts = np.einsum("nij,nj->ni", inverse[:, :3, :3], origins[ray]) + inverse[:, :3, 3]
         ways = np.einsum("nij,nj->ni", inverse[:, :3, :3], directions[ray])
         lengths = np.linalg.norm(ways, axis=1)
-        found, nearest = [], np.full(len(origins), np.inf)
-        for row, (i, j, near) in enumerate(zip(ray.tolist(), body.tolist(), entry.tolist(), strict=True)):
+        found, nearest = [], [np.inf] * len(origins)
+        columns = (ray, body, entry, lengths, starts, ways)
+        for i, j, near, length, start, way in zip(*(column.tolist() for column in columns), strict=True):
             # a hit in single precision is good enough to leave out what lies behind it
             if near > nearest[i] * (1 + 1e-5) + self.gap:
                 continue
-            *_, face, away = self._bodies[j].mesh.tree.ray_cast(starts[row], ways[row])
+            *_, face, away = self._bodies[j].mesh.tree.ray_cast(start, way)
             if face is not None:
-                nearest[i] = min(nearest[i], away / lengths[row])
+                nearest[i] = min(nearest[i], away / length)
                 found.append((i, j, face))
-        for i, j, face in found:
-            distance, normal, slot = _exactly(self._bodies[j], face, origins[i], directions[i])
-            yield i, distance, normal, self._bodies[j].which[slot]
+        return np.array(found, int).reshape(-1, 3).T
 
     def _candidates(self, origins, directions):
         """Rays and the bodies whose bounds they meet, and how far away, each ray's nearest first: three arrays (P,)."""
@@ -193,16 +212,62 @@ class Meshes:
         return ray[order], body[order], entry[order]
 
 
-class _Mesh:
-    """An evaluated mesh, of which only what is asked for is read: a mesh of millions of faces is in memory once."""
+class Kept:
+    """Meshes as they were read for rays, for the next Meshes of the same scene: a tree takes longer than a thousand rays.
 
-    def __init__(self, surface, depsgraph):
-        self.data, self._depsgraph = surface.mesh, depsgraph
-        self.faces = len(self.data.polygons)
-        if not self.faces:
-            return
-        self.box = np.stack(meshes.bounds(meshes.vertices(self.data))).astype(float)
-        self._object = surface.object
+    Whoever keeps one tells it by changed() of all that depsgraphs update, and forgets it with the file, or with its state.
+    A mesh is known by its address, which another one may have only after such an update.
+
+    largest: meshes of more faces are left out
+    """
+
+    def __init__(self, largest: float = np.inf):
+        self.largest = largest
+        self._meshes, self._used = {}, set()
+
+    def mesh(self, surface: Shown, depsgraph: bpy.types.Depsgraph) -> _Mesh:
+        """The mesh of what is shown, as it was read before if it was."""
+        key, data = surface.mesh.as_pointer(), surface.mesh
+        known = self._meshes.get(key)
+        if known is None or known.counts != _counts(data):
+            known = self._meshes[key] = _Mesh(data)
+        known.stands_in(surface, depsgraph)
+        self._used.add(key)
+        return known
+
+    def leave_unused(self) -> None:
+        """Forget the meshes that have not been asked for since the last time."""
+        self._meshes = {key: mesh for key, mesh in self._meshes.items() if key in self._used}
+        self._used = set()
+
+    def changed(self, update: bpy.types.DepsgraphUpdate) -> None:
+        """Forget what a depsgraph's update says is another shape now."""
+        if update.is_updated_geometry:
+            uid = update.id.original.session_uid
+            self._meshes = {key: mesh for key, mesh in self._meshes.items() if uid not in mesh.owners}
+
+
+def _counts(data):
+    return len(data.vertices), len(data.loops), len(data.polygons)
+
+
+class _Mesh:
+    """An evaluated mesh, of which only what is asked for is read, once; later it is not looked at any more.
+
+    owners: session_uids of the objects and of the mesh in the file that it comes of
+    """
+
+    def __init__(self, data):
+        self.counts, self.owners = _counts(data), set()
+        self.faces = len(data.polygons)
+        if self.faces:
+            self.box = np.stack(meshes.bounds(meshes.vertices(data))).astype(float)
+
+    def stands_in(self, surface, depsgraph):
+        """Be read, from now on, from what is shown in a depsgraph."""
+        self.data, self._object, self._depsgraph = surface.mesh, surface.object, depsgraph
+        owners = (surface.original, surface.original.data, surface.parent)
+        self.owners.update(owner.session_uid for owner in owners if owner)
 
     @cached_property
     def tree(self):
@@ -216,60 +281,87 @@ class _Mesh:
                 tree = BVHTree.FromObject(instance.object, self._depsgraph)
         return tree
 
+    @cached_property
+    def slots(self):
+        """(F,) material index of each face."""
+        return meshes.read(self.data.polygons, "material_index", dtype=np.int32)
+
+    @cached_property
+    def vertices(self):
+        """(V, 3) float32, in its own coordinates."""
+        return meshes.vertices(self.data)
+
+    @cached_property
+    def starts(self):
+        """(F + 1,) where the corners of each face begin."""
+        return meshes.starts(self.data)
+
+    @cached_property
+    def corners(self):
+        """(T, 3) the corners of its triangles: a face of k corners has k - 2 of them, one after the other."""
+        return meshes.triangles(self.data, "loops")
+
+    @cached_property
+    def corner_vertices(self):
+        """(L,) the vertex of each corner."""
+        return meshes.corners(self.data)
+
+    @cached_property
+    def normals(self):
+        """Whether they are of a "FACE", a "POINT" or a "CORNER", and those: (N, 3)."""
+        domain = self.data.normals_domain
+        vectors = {"FACE": "polygon_normals", "POINT": "vertex_normals", "CORNER": "corner_normals"}[domain]
+        return domain, meshes.read(getattr(self.data, vectors), "vector", 3)
+
     def points(self, chosen):
         """(N, 3) the vertices, those of all faces whose slot is `chosen` (slots,), bool, among them."""
         if chosen.all() or not chosen.any():
-            return meshes.vertices(self.data) if chosen.any() else ()
-        own = chosen[meshes.slots(self.data, len(chosen))]
-        corners = meshes.corners(self.data)[np.repeat(own, np.diff(meshes.starts(self.data)))]
-        return meshes.vertices(self.data)[corners]
+            return self.vertices if chosen.any() else ()
+        own = chosen[np.clip(self.slots, 0, len(chosen) - 1)]
+        return self.vertices[self.corner_vertices[np.repeat(own, np.diff(self.starts))]]
 
-    def triangles(self, face):
-        """The corners and the normals at them (T, 3, 3) of the triangles of a face."""
-        data = self.data
-        data.calc_loop_triangles()
-        polygon = data.polygons[face]
-        # a face of k corners has k - 2 triangles
-        first = polygon.loop_start - 2 * face
-        chosen = [data.loop_triangles[i] for i in range(first, first + polygon.loop_total - 2)]
-        corners = np.array([[data.vertices[i].co for i in triangle.vertices] for triangle in chosen], float)
-        if data.normals_domain == "FACE":
-            return corners, np.broadcast_to(np.array(data.polygon_normals[face].vector, float), corners.shape)
-        if data.normals_domain == "POINT":
-            normals = [[data.vertex_normals[i].vector for i in triangle.vertices] for triangle in chosen]
-        else:
-            normals = [[data.corner_normals[i].vector for i in triangle.loops] for triangle in chosen]
-        return corners, np.array(normals, float)
+    def triangles(self, faces):
+        """Of the triangles (T,) of faces (K,): which of those each is of, its corners and the normals at them (T, 3, 3)."""
+        begin = self.starts[faces]
+        count = self.starts[faces + 1] - begin - 2
+        of = np.repeat(np.arange(len(faces)), count)
+        before = np.cumsum(count) - count
+        corners = self.corners[np.arange(len(of)) + np.repeat(begin - 2 * faces - before, count)]
+        vertices = self.corner_vertices[corners]
+        domain, normals = self.normals
+        chosen = {"FACE": np.broadcast_to(faces[of, None], (len(of), 3)), "POINT": vertices, "CORNER": corners}[domain]
+        return of, self.vertices[vertices].astype(float), normals[chosen].astype(float)
 
 
-def _exactly(body, face, origin, direction):
-    """Where a ray meets a face of a _Body that it is known to meet: the distance, the normal (3,), the slot.
+def _exactly(body, faces, origins, directions):
+    """Where rays meet faces (K,) of a _Body that they are known to meet: distances (K,), normals (K, 3).
 
     The tree says which face, in single precision; where it is met is worked out again in double.
     """
     linear = body.matrix[:3, :3]
-    corners, normals = body.mesh.triangles(face)
+    of, corners, normals = body.mesh.triangles(faces)
+    origin, direction = origins[of], directions[of]
     corners, normals = meshes.moved(corners, body.matrix), _unit_or_zero(normals @ body.inverse[:3, :3])
     a, b, c = np.moveaxis(corners, 1, 0)
     # a mirrored object has its normals on the same side as before, though its corners run the other way round
     facing = _unit_or_zero(np.cross(b - a, c - a) * np.sign(np.linalg.det(linear)))
-    along = facing @ direction
+    along = _dot(facing, direction)
     with np.errstate(divide="ignore", invalid="ignore"):
         distance = np.maximum(np.nan_to_num(_dot(a - origin, facing) / along), 0)
         at = origin + distance[:, None] * direction
         # areas of the triangles between the point and two of the corners
         weights = np.stack([_dot(np.cross(q - at, r - at), facing) for q, r in ((b, c), (c, a), (a, b))], -1)
         weights = np.nan_to_num(weights / weights.sum(axis=-1, keepdims=True), nan=-np.inf)
-    met = int(np.argmax(weights.min(axis=-1)))  # the triangle of the face that it lies in
-    facing, along = facing[met], along[met]
-    normal = _unit_or_zero(np.clip(np.nan_to_num(weights[met], neginf=0), 0, 1) @ normals[met])
+    # the triangle of each face that it lies in
+    _, first = np.unique(of, return_index=True)
+    met = np.lexsort((-weights.min(axis=-1), of))[first]
+    facing, along, direction = facing[met], along[met], direction[met]
+    normal = _unit_or_zero(np.einsum("nk,nki->ni", np.clip(np.nan_to_num(weights[met], neginf=0), 0, 1), normals[met]))
     # near the rim of a smooth mesh its normals look away from the ray, or mirror it through the face
-    towards = direction @ normal
-    mirrored = along - 2 * towards * (normal @ facing)
-    if towards * along <= 0 or mirrored * along >= 0:
-        normal = facing
-    slot = min(body.mesh.data.polygons[face].material_index, len(body.which) - 1)
-    return float(distance[met]), normal, slot
+    towards = _dot(direction, normal)
+    mirrored = along - 2 * towards * _dot(normal, facing)
+    wrong = (towards * along <= 0) | (mirrored * along >= 0)
+    return distance[met], np.where(wrong[:, None], facing, normal)
 
 
 def _dot(a, b):

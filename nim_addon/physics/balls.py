@@ -36,8 +36,8 @@ class Ball:
         beside = from_inside | (np.linalg.norm(np.cross(at, directions), axis=1) >= 1)
         comes_out = np.isfinite(carried.points).all(axis=1) & ~beside
         way = np.repeat(points[:, None], POINTS, axis=1)
-        for row in np.flatnonzero(comes_out):
-            way[row] = center + self.radius * _evenly(graded.path(self.profile, at[row], directions[row]))
+        through = graded.paths(self.profile, at[comes_out], directions[comes_out], POINTS)
+        way[comes_out] = center + self.radius * through
         way[:, 0] = points  # of a facet
         start = np.where(comes_out[:, None], center + self.radius * carried.points, points)
         out = np.where(comes_out[:, None], carried.directions, directions)
@@ -81,13 +81,11 @@ class Shell:
         place = np.where(lands, core * x - _BEFORE * direction, x)
         start = np.where(straight, points, center + self.radius * place)
         way = np.repeat(points[:, None], POINTS, axis=1)
-        for row in np.flatnonzero(~straight):
-            through = (
-                np.stack([at[row], core * out[row], (start[row] - center) / self.radius])  # of which no path is known
-                if leaving[row]
-                else graded.path(self.profile, at[row], directions[row])
-            )
-            way[row] = center + self.radius * _evenly(through)
+        rows = np.flatnonzero(~straight & ~leaving)
+        way[rows] = center + self.radius * graded.paths(self.profile, at[rows], directions[rows], POINTS)
+        rows = np.flatnonzero(~straight & leaving)  # of which no path is known
+        corners = np.stack([at[rows], core * out[rows], (start[rows] - center) / self.radius], axis=1)
+        way[rows] = center + self.radius * graded.evenly(corners, POINTS)
         way[:, 0], way[:, -1] = points, start
         jumps = ~straight[:, 0] * 1.0
         return [Branch(jumps, start, direction, way), Branch(1 - jumps, points, directions)]
@@ -102,9 +100,3 @@ class Shell:
             np.where(leaving, ~leaves, landing.reached),
         )
 
-
-def _evenly(points: NDArray) -> NDArray:
-    """(POINTS, 3) on the line through points (N, 3), evenly."""
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-    places = np.linspace(0, along[-1], POINTS)
-    return np.stack([np.interp(places, along, column) for column in points.T], axis=-1)

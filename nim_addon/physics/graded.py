@@ -9,6 +9,7 @@ light runs against its wave vector, hence the sign. The direction is turned by T
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 from typing import NamedTuple
@@ -27,9 +28,11 @@ __all__ = [
     "Landing",
     "Profile",
     "carry",
+    "evenly",
     "landing",
     "leaving",
     "path",
+    "paths",
     "sweep",
     "table",
     "trace",
@@ -272,45 +275,63 @@ def trace(profile: Profile, p: float) -> NDArray:
 
     It ends where the ray leaves, or on a core that is no mirror. Raises ValueError for p outside of [0, 1].
     """
-    one = _followed(profile, _flat(_sines(p)))
-    (inner,), (turns,) = _turning(profile, one)
+    radii, angles = _ways(profile, _flat(_sines(p)))
+    way = np.stack([radii[0], angles[0]], axis=-1)
+    return way[np.append(True, (way[1:] != way[:-1]).any(axis=1))]
+
+
+def _ways(profile: Profile, p: NDArray) -> tuple[NDArray, NDArray]:
+    """Radii and angles (N, M) of the whole ways of rays of p (N,), as trace() has them; points may be there several times."""
+    q = _followed(profile, p)
+    inner, turns = _turning(profile, q)
     if profile.is_cloak:
-        radii, angles = _through_cloak(profile, float(one[0]), turns)
+        radii, angles = _through_cloak(profile, q, turns)
     else:
-        radii, angles = _inwards(profile, one, math.log(inner))
-    ends = profile.core is not None and not turns and profile.surface != "mirror"
-    if not ends:  # the way out is the way in, turned round
-        radii = np.concatenate([radii, radii[-2::-1]])
-        angles = np.concatenate([angles, 2 * angles[-1] - angles[-2::-1]])
-    return np.stack([radii, angles], axis=-1)
+        radii, angles = _inwards(profile, q, np.log(inner))
+    ends = ~turns[:, None] & (profile.core is not None and profile.surface != "mirror")
+    # the way out is the way in, turned round
+    out, onwards = radii[:, -2::-1], 2 * angles[:, -1:] - angles[:, -2::-1]
+    return (
+        np.concatenate([radii, np.where(ends, radii[:, -1:], out)], axis=1),
+        np.concatenate([angles, np.where(ends, angles[:, -1:], onwards)], axis=1),
+    )
 
 
-def _through_cloak(profile: Profile, p: float, turns: bool) -> tuple[NDArray, NDArray]:
-    """Radii and angles (N,) of the way in: a straight line in the radius rho."""
-    end = p if turns else max(profile.rho(np.array([profile.inner]))[0], p)
-    first, last = math.sqrt(1 - p * p), math.sqrt(end * end - p * p)
+def _through_cloak(profile: Profile, p: NDArray, turns: NDArray) -> tuple[NDArray, NDArray]:
+    """Radii and angles (N, M) of the way in: a straight line in the radius rho."""
+    end = np.where(turns, p, np.maximum(profile.rho(np.array([profile.inner]))[0], p))
+    first, last = np.sqrt(1 - p * p), np.sqrt(end * end - p * p)
     # evenly along the line, and evenly in angle, for where it passes near to the centre
-    turned = p * np.tan(np.linspace(math.atan2(first, p), math.atan2(last, p), 4 * _PANELS))
-    along = np.unique([*np.linspace(last, first, 2 * _PANELS), *turned.clip(last, first)])[::-1]
-    return profile.hollow + (1 - profile.hollow) * np.hypot(p, along), np.arctan2(along[0], p) - np.arctan2(along, p)
+    turned = p * np.tan(np.linspace(np.arctan2(first, p), np.arctan2(last, p), 4 * _PANELS))
+    along = np.concatenate([np.linspace(last, first, 2 * _PANELS), turned.clip(last, first)])
+    along, p = np.sort(along, axis=0)[::-1].T, p[:, None]
+    return profile.hollow + (1 - profile.hollow) * np.hypot(p, along), np.arctan2(along[:, :1], p) - np.arctan2(along, p)
 
 
-def _inwards(profile: Profile, p: NDArray, low: float) -> tuple[NDArray, NDArray]:
-    """Radii and angles (N,) of the way in, of one p (1,), to ln r = low."""
-    nodes, weights = np.polynomial.legendre.leggauss(_PANEL_NODES)
+def _inwards(profile: Profile, p: NDArray, low: NDArray) -> tuple[NDArray, NDArray]:
+    """Radii and angles (N, M) of the way in, of p (N,), to ln r = low (N,)."""
+    nodes, weights = _panel_nodes()
     step = math.pi / 2 / _PANELS
     u = step * (np.arange(_PANELS)[:, None] + (nodes + 1) / 2)
-    radii, angles = [1.0], [0.0]
+    radii, angles = [np.ones((len(p), 1))], [np.zeros((len(p), 1))]
     for first, last in reversed(_pieces(profile)):
-        first = max(first, low)
-        if last <= first:
-            break
-        q = (last - first) * np.square(np.sin(u))
-        rate = _rate(profile, p[:, None], np.full((_PANELS, 1), first), q) * (last - first) * np.sin(2 * u)
-        passed = (rate * weights).sum(axis=1)[::-1] * step / 2
-        radii += np.exp(first + (last - first) * np.square(np.sin(step * np.arange(_PANELS)[::-1]))).tolist()
-        angles += (angles[-1] + np.cumsum(passed)).tolist()
-    return np.array(radii), np.array(angles)
+        begins = np.clip(low, first, last)
+        width = (last - begins)[:, None]
+        passed = np.zeros((len(p), _PANELS))
+        some = begins < last  # of what turns back farther out nothing is left
+        if some.any():
+            q = width[some, None] * np.square(np.sin(u))
+            of_panels = (np.repeat(values[some], _PANELS)[:, None] for values in (p, begins))
+            rate = _rate(profile, *of_panels, q.reshape(-1, len(nodes))).reshape(q.shape)
+            passed[some] = (rate * width[some, None] * np.sin(2 * u) * weights).sum(axis=-1)[:, ::-1] * step / 2
+        radii.append(np.exp(begins[:, None] + width * np.square(np.sin(step * np.arange(_PANELS)[::-1]))))
+        angles.append(angles[-1][:, -1:] + np.cumsum(passed, axis=1))
+    return np.maximum(np.concatenate(radii, axis=1), np.exp(low)[:, None]), np.concatenate(angles, axis=1)
+
+
+@functools.cache
+def _panel_nodes() -> tuple[NDArray, NDArray]:
+    return np.polynomial.legendre.leggauss(_PANEL_NODES)
 
 
 def path(profile: Profile, point: ArrayLike, direction: ArrayLike) -> NDArray:
@@ -323,3 +344,28 @@ def path(profile: Profile, point: ArrayLike, direction: ArrayLike) -> NDArray:
         return np.zeros((0, 3))
     radii, angles = trace(profile, float(plane.p)).T[..., None]
     return radii * (np.cos(angles) * plane.out + np.sin(angles) * plane.along)
+
+
+def paths(profile: Profile, points: ArrayLike, directions: ArrayLike, count: int) -> NDArray:
+    """The same of N rays that meet the ball: `count` points of each, (N, count, 3), evenly along its way.
+
+    points: (N, 3); directions: (N, 3), of any length but zero
+    """
+    plane = _plane(points, directions)
+    radii, angles = (values[..., None] for values in _ways(profile, plane.p))
+    return evenly(radii * (np.cos(angles) * plane.out[:, None] + np.sin(angles) * plane.along[:, None]), count)
+
+
+def evenly(points: ArrayLike, count: int) -> NDArray:
+    """(N, count, 3) points evenly along each of N lines through points (N, M, 3)."""
+    points = np.asarray(points, float)
+    if not len(points):
+        return np.zeros((0, count, 3))
+    lengths = np.linalg.norm(np.diff(points, axis=1), axis=-1)
+    along = np.concatenate([np.zeros((len(points), 1)), np.cumsum(lengths, axis=1)], axis=1)
+    # one line after the other, each from an even number to the next odd one
+    before, total = 2.0 * np.arange(len(points))[:, None], along[:, -1:]
+    share = np.where(total > 0, along / np.where(total > 0, total, 1), np.linspace(0, 1, points.shape[1]))
+    places = (before + share).ravel()
+    wanted = before + np.linspace(0, 1, count)
+    return np.stack([np.interp(wanted, places, column) for column in points.reshape(-1, 3).T], axis=-1)

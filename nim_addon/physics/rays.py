@@ -74,6 +74,8 @@ class Paths(NamedTuple):
     kind, fate: (S,) values of Kind and Fate
     ray:        (S,) index of the source's ray
     parent:     (S,) index of the segment it comes from, -1 at the source
+    normal:     (S, 3) of the surface that it ends at, as Hit has them; zeros where that is none
+    which:      (S,) which of the interfaces that is, as Hit counts them; -1 where it is none
     lost:       (N,) energy of the branches that were not followed, and what laws absorb; with `absorbed` and what arrives
                 at all ends of a ray it makes 1
     """
@@ -88,6 +90,8 @@ class Paths(NamedTuple):
     fate: NDArray
     ray: NDArray
     parent: NDArray
+    normal: NDArray
+    which: NDArray
     lost: NDArray
 
     @property
@@ -197,7 +201,7 @@ def trace(
         front = _known(front, crossings)
         arriving = front.energy * np.exp(-front.alpha * np.linalg.norm(end - front.start, axis=1))
         ways = front.start, end, front.energy, arriving, front.n
-        levels.append((*ways, np.full(len(end), depth), front.kind, fate, front.ray, front.parent))
+        levels.append((*ways, np.full(len(end), depth), front.kind, fate, front.ray, front.parent, *_of_ends(hit)))
         first, total = total, total + len(end)
         children = [] if depth == bounces else _cross(front, crossings, hit.normal, end, arriving, first, gap)
         taken = [] if depth == bounces else taken
@@ -240,6 +244,12 @@ def _ends(front: _Front, hit: Hit, reach: float, is_last: bool) -> tuple[NDArray
     )
     at_interface = Fate.STOPPED if is_last else Fate.SPLIT
     return end, np.select([~met, hit.which < 0], [Fate.ESCAPED, Fate.LANDED], at_interface)
+
+
+def _of_ends(hit: Hit) -> tuple[NDArray, NDArray]:
+    """Paths.normal and Paths.which of segments that end so."""
+    met = np.isfinite(hit.distance)
+    return np.where(met[:, None], hit.normal, 0.0), np.where(met, hit.which, -1)
 
 
 class _Crossing(NamedTuple):
@@ -348,7 +358,7 @@ def _taken(
     parent[rows] = numbers[:, -1]
     cast = branch.start + gap * branch.direction
     gone = _Front(branch.start, cast, branch.direction, energy, front.n, front.alpha, kind, front.ray, parent)
-    return (*pieces, numbers[:, :-1].ravel()), gone
+    return (*pieces, numbers[:, :-1].ravel(), np.zeros((count * each, 3)), -ones), gone
 
 
 def _followed(front: _Front, least: float, branches: bool) -> NDArray:

@@ -1,19 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Light paths: rays through the interfaces of a scene, drawn as curves."""
+"""Light paths: rays through the interfaces of a scene, drawn live over the view or made curves that renders show."""
 
 import bpy
-import numpy as np
 from bpy.app.translations import pgettext_rpt
 
-from ..cycles.casting import Meshes
-from ..cycles.visibility import PATHS_MARK, as_rendered, shown
-from ..physics.rays import MOST_SEGMENTS, Fate, trace
-from . import light_curves, light_sources
+from ..cycles.visibility import as_rendered
+from . import light_curves, light_handle, light_live, light_sources
 from .light_settings import Settings, draw_settings
-from .panels import Sidebar
-
-# Where this share of the light is cut off by the settings, that is said.
-CUT = 0.5
+from .light_tracing import follow, surfaces_of, warning
+from .panels import Sidebar, draw_sentence
 
 
 class NIM_OT_light_paths(Settings, bpy.types.Operator):
@@ -41,7 +36,9 @@ class NIM_OT_light_paths(Settings, bpy.types.Operator):
                 setattr(self, name, getattr(settings, name))
         try:
             with as_rendered(context.scene) as depsgraph:
-                surfaces, drawn = _traced(context, self, depsgraph)
+                surfaces = surfaces_of(context.scene, depsgraph)
+                starts = light_sources.starts(context, self, surfaces, depsgraph)
+                drawn = {source: follow(surfaces, start, self) for source, start in starts.items()}
         except ValueError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
@@ -54,9 +51,9 @@ class NIM_OT_light_paths(Settings, bpy.types.Operator):
         self.report(
             {"INFO"}, pgettext_rpt("Light paths drawn; rays: {rays}, pieces: {pieces}").format(rays=rays, pieces=pieces)
         )
-        warning = _warning(surfaces, drawn, self.bounces)
-        if warning:
-            self.report({"WARNING"}, warning)
+        said = warning(surfaces, list(drawn.values()), self.bounces)
+        if said:
+            self.report({"WARNING"}, said)
         return {"FINISHED"}
 
 
@@ -81,7 +78,7 @@ class NIM_OT_light_paths_clear(bpy.types.Operator):
 
 
 class NIM_PT_light_paths(Sidebar, bpy.types.Panel):
-    """Rays through the interfaces of the scene, drawn as curves"""
+    """Rays through the interfaces of the scene, live or as curves"""
 
     bl_idname = "NIM_PT_light_paths"
     bl_label = "Light Paths"
@@ -89,84 +86,27 @@ class NIM_PT_light_paths(Sidebar, bpy.types.Panel):
 
     def draw(self, context):
         settings = context.scene.nim_rays
+        live = light_live.is_on()
         column = self.layout.column(align=True)
-        column.operator(NIM_OT_light_paths.bl_idname, icon="LIGHT_SUN")
-        column.operator(NIM_OT_light_paths_clear.bl_idname, icon="TRASH")
+        column.operator(light_live.NIM_OT_light_paths_live.bl_idname, icon="HIDE_OFF", depress=live)
+        said = light_live.sentence(context.scene)
+        if live and said:
+            draw_sentence(column, context, said, icon="INFO")
+        column = self.layout.column(align=True)
+        column.operator(NIM_OT_light_paths.bl_idname, text="Make Curves", icon="CURVE_DATA")
+        column.operator(NIM_OT_light_paths_clear.bl_idname, text="Clear Curves", icon="TRASH")
         if settings.source == "CAMERA" and context.scene.camera is None:
             self.layout.label(text="The scene has no camera", icon="ERROR")
         elif settings.source == "LAMP" and not light_sources.lamps(context):
             self.layout.label(text="Select a lamp", icon="ERROR")
+        no_handle = light_sources.handle_of(context.scene) is None
+        text = "Add Handle" if no_handle else "Select Handle"
+        self.layout.operator(light_handle.NIM_OT_light_handle.bl_idname, text=text, icon="EMPTY_SINGLE_ARROW")
         draw_settings(self.layout, settings)
-
-
-# ---------------------------------------------------------------- where they go
-
-
-def _traced(context, settings, depsgraph):
-    """The Meshes, and {source: Paths}; ValueError with a sentence where the settings lead nowhere."""
-    # ours stop no rays
-    surfaces = Meshes(
-        (seen for seen in shown(context.scene, depsgraph) if not seen.original.get(PATHS_MARK)), depsgraph
-    )
-    if not surfaces.bounds:
-        raise ValueError(
-            pgettext_rpt(
-                "Light paths: no visible mesh of this scene has a NIM Interface material with media of its own; "
-                "give one to an object first"
-            )
-        )
-    drawn = {}
-    for name, (origins, directions) in light_sources.starts(context, settings, surfaces, depsgraph).items():
-        try:
-            drawn[name] = trace(
-                surfaces,
-                origins,
-                directions,
-                bounces=settings.bounces,
-                least=settings.least,
-                reach=settings.reach,
-                gap=surfaces.gap,
-            )
-        except ValueError:
-            raise ValueError(
-                pgettext_rpt(
-                    "Light paths: the rays split into more than {most} pieces; "
-                    "take fewer rays or bounces, or a higher least energy"
-                ).format(most=MOST_SEGMENTS)
-            ) from None
-    return surfaces, drawn
-
-
-def _warning(surfaces, drawn, bounces):
-    """What there is to be said of these {source: Paths}, a sentence or None."""
-    if surfaces.unknown:
-        return pgettext_rpt(
-            "Rays end at {materials}: a link decides its media, so that they are not known here"
-        ).format(materials=", ".join(sorted(surfaces.unknown)))
-    # of the rays that met an interface
-    total = stopped = lost = 0.0
-    for paths in drawn.values():
-        met = np.isin(paths.fate, (Fate.SPLIT, Fate.STOPPED)) & (paths.depth == 0)
-        total += met.sum()
-        stopped += paths.arriving[paths.fate == Fate.STOPPED].sum()
-        lost += paths.lost.sum()
-    if not total and all((paths.fate == Fate.LANDED).all() for paths in drawn.values()):
-        return pgettext_rpt("All rays end at an opaque object before they meet an interface; move it, or the source")
-    if not total:
-        return pgettext_rpt("No ray met an interface; move the source, or aim it at one")
-    if stopped >= CUT * total:
-        return pgettext_rpt(
-            "After {bounces} bounces {share:.0f} % of the light ends at an interface; raise Bounces to follow it on"
-        ).format(bounces=bounces, share=100 * stopped / total)
-    if lost >= CUT * total:
-        return pgettext_rpt(
-            "Branches with {share:.0f} % of the light have less than the Least Energy; lower it to follow them on"
-        ).format(share=100 * lost / total)
-    if surfaces.rough:
-        return pgettext_rpt(
-            "{materials} is rough: rays are drawn as if it were smooth, where most of the light goes"
-        ).format(materials=", ".join(sorted(surfaces.rough)))
-    return None
+        column = self.layout.column()
+        column.use_property_split = True
+        column.use_property_decorate = False
+        column.prop(settings, "color")
 
 
 CLASSES = (NIM_OT_light_paths, NIM_OT_light_paths_clear, NIM_PT_light_paths)

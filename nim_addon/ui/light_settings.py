@@ -25,6 +25,13 @@ SOURCES = (
     ),
     ("CAMERA", "Camera", "From the scene's camera, against the light it sees", "OUTLINER_OB_CAMERA", 1),
     ("LAMP", "Selected Lamps", "From every selected lamp; from the only lamp, where none is", "LIGHT", 2),
+    (
+        "HANDLE",
+        "Handle",
+        "From an object that you move and turn, along its own Z axis, where its arrow points",
+        "EMPTY_SINGLE_ARROW",
+        4,
+    ),
 )
 AIMS = (
     ("TARGET", "Interface", "Towards the active object, or all interfaces if it is none", "PIVOT_BOUNDBOX", 0),
@@ -35,6 +42,18 @@ ARRANGEMENTS = (
     ("BEAM", "Beam", "Parallel rays side by side in a plane", "ALIGN_JUSTIFY", 0),
     ("FAN", "Fan", "Rays from one point in a plane", "IPO_LINEAR", 1),
     ("CONE", "Cone", "Rays from one point, evenly within a cone", "CONE", 2),
+)
+
+COLORS = (
+    (
+        "WAVELENGTH",
+        "Wavelength",
+        "Where a medium disperses, several wavelengths in their colours; else as Part",
+        "SEQ_CHROMA_SCOPE",
+        0,
+    ),
+    ("PART", "Part", "Yellow as it arrives, blue what is reflected, orange what goes on", "MOD_EDGESPLIT", 1),
+    ("ENERGY", "Energy", "From white, with all the energy of its ray, over red to blue, with the least", "LIGHTPROBE_SPHERE", 2),
 )
 
 # An operator takes the settings of the scene, not those of the last time.
@@ -116,6 +135,11 @@ class Settings:
 class NIM_PG_rays(Settings, bpy.types.PropertyGroup):
     """How the rays of a scene are drawn: Scene.nim_rays."""
 
+    color: EnumProperty(name="Color By", description="What the colour of a live ray says", items=COLORS)
+    handle: PointerProperty(
+        type=bpy.types.Object, name="Handle", description="The object that rays start from, along its own Z axis"
+    )
+
 
 def draw_settings(layout: bpy.types.UILayout, settings: Settings) -> None:
     """Draw them, but those that do not count beside the others."""
@@ -123,8 +147,9 @@ def draw_settings(layout: bpy.types.UILayout, settings: Settings) -> None:
     layout.use_property_decorate = False
     column = layout.column()
     column.prop(settings, "source")
-    column.prop(settings, "aim")
-    if settings.aim == "DIRECTION":
+    if settings.source != "HANDLE":
+        column.prop(settings, "aim")
+    if settings.source != "HANDLE" and settings.aim == "DIRECTION":
         column.prop(settings, "direction")
     column = layout.column(align=True)
     column.prop(settings, "arrangement")

@@ -13,6 +13,7 @@ from .light_settings import Settings
 # Of a beam from the side so many rays should meet an interface first, from outside and not at a grazing angle.
 ENOUGH = 0.5
 STEEP = 0.3  # the least cosine of what is not grazing
+LOOKED_AT = 50  # of a beam from the side at most so many rays are looked at
 FLAT = 0.1  # thinner than this share of its second extent something is a sheet, such as the surface of a liquid
 
 
@@ -32,6 +33,8 @@ def starts(
     if settings.fit:
         settings.width = 0.8 * float(np.median(target[1] - target[0]))
     middle = (target[0] + target[1]) / 2
+    if settings.source == "HANDLE":
+        return {"handle": _from_the_handle(context.scene, settings, depsgraph)}
     return {
         name: _from(settings, matrix, is_sun, middle, surfaces.size, context.scene.cursor)
         for name, matrix, is_sun in _sources(context, settings.source, depsgraph)
@@ -45,6 +48,25 @@ def lamps(context: bpy.types.Context) -> list[bpy.types.Object]:
         chosen = [object_ for object_ in context.scene.objects if object_.type == "LIGHT"]
         chosen = chosen if len(chosen) == 1 else []
     return chosen
+
+
+def handle_of(scene: bpy.types.Scene) -> bpy.types.Object | None:
+    """The object that rays of that scene start from, if it is still in it."""
+    handle = scene.nim_rays.handle
+    return handle if handle and scene.objects.get(handle.name) == handle else None
+
+
+def _from_the_handle(scene, settings, depsgraph):
+    """Origins and directions (N, 3) of rays along the Z axis of the handle, side by side along its X axis."""
+    handle = handle_of(scene)
+    if handle is None:
+        raise ValueError(pgettext_rpt("Light paths: the scene has no handle; add one, or choose another source"))
+    matrix = np.array(handle.evaluated_get(depsgraph).matrix_world.normalized(), float)
+    axis = matrix[:3, 2]
+    up = matrix[:3, 0] - axis * (axis @ matrix[:3, 0])
+    up = up / np.linalg.norm(up) if np.linalg.norm(up) > 0 else across(axis, 0.0)
+    up = math.cos(settings.roll) * up + math.sin(settings.roll) * np.cross(axis, up)
+    return _rays(settings, matrix[:3, 3], axis, settings.width, settings.arrangement == "BEAM", up)
 
 
 def _sources(context, source, depsgraph):
@@ -94,17 +116,17 @@ def _direction(vector):
     return vector / np.linalg.norm(vector)
 
 
-def _across(axis, roll):
-    """The direction in which a beam along `axis` is wide: upright, turned by the roll; about the vertical the y axis."""
+def across(axis: np.ndarray, roll: float) -> np.ndarray:
+    """The direction (3,) in which a beam along `axis` is wide: upright, turned by the roll; about the vertical the y axis."""
     upright = np.array((0.0, 0.0, 1.0) if abs(axis[2]) < 0.9999 else (0.0, 1.0, 0.0))
     upright -= axis * (axis @ upright)
     upright /= np.linalg.norm(upright)
     return math.cos(roll) * upright + math.sin(roll) * np.cross(axis, upright)
 
 
-def _rays(settings, place, axis, width, parallel):
-    """Origins and directions (N, 3) of rays from `place` about the unit vector `axis`."""
-    up = _across(axis, settings.roll)
+def _rays(settings, place, axis, width, parallel, up=None):
+    """Origins and directions (N, 3) of rays from `place` about the unit vector `axis`; up: (3,) where a beam is wide."""
+    up = across(axis, settings.roll) if up is None else up
     spread = np.linspace(-0.5, 0.5, settings.rays)[:, None] if settings.rays > 1 else np.zeros((1, 1))
     if parallel:
         return place + width * spread * up, np.broadcast_to(axis, (settings.rays, 3))
@@ -115,8 +137,8 @@ def _rays(settings, place, axis, width, parallel):
         step = np.arange(settings.rays)[:, None]
         cosine = 1 - (1 - math.cos(settings.angle / 2)) * (step + 0.5) / settings.rays
         turn = step * math.pi * (3 - math.sqrt(5))
-        across = np.cos(turn) * up + np.sin(turn) * np.cross(axis, up)
-        directions = cosine * axis + np.sqrt(1 - cosine**2) * across
+        aside = np.cos(turn) * up + np.sin(turn) * np.cross(axis, up)
+        directions = cosine * axis + np.sqrt(1 - cosine**2) * aside
     return np.broadcast_to(place, directions.shape), directions
 
 
@@ -154,8 +176,8 @@ def _axes(scene, settings, extent, depsgraph):
     if scene.camera:
         view = np.array(scene.camera.evaluated_get(depsgraph).matrix_world, float)[:3, 0]
         # along an axis of the scene, as most objects stand; x where the camera looks between two
-        across = 1 if abs(view[1]) > 1.5 * abs(view[0]) else 0
-        right = np.eye(3)[across] * (1 if view[across] >= 0 else -1)
+        side = 1 if abs(view[1]) > 1.5 * abs(view[0]) else 0
+        right = np.eye(3)[side] * (1 if view[side] >= 0 else -1)
         away = np.cross(up, right)
     slants = [right - up, right + away, right - away, away - up, -right - up, right + up]
     straight = [right, -right, away, -away, -up, up]
@@ -179,13 +201,15 @@ def _beside(settings, surfaces, low, high, axis, beyond):
     if settings.fit:
         thin, second = np.sort(extent)[:2]
         # as wide as the ellipsoid in the box is, across the beam
-        extent = np.linalg.norm(_across(axis, settings.roll) * extent)
+        extent = np.linalg.norm(across(axis, settings.roll) * extent)
         width = (0.25 if thin < FLAT * second else 0.8) * float(extent)
     return *_rays(settings, middle - before * axis, axis, width, settings.arrangement == "BEAM"), width
 
 
 def _share(surfaces, origins, directions):
     """The share of rays that start outside and meet an interface first, at no grazing angle; a little for any other."""
+    some = slice(None, None, 1 + len(origins) // LOOKED_AT)
+    origins, directions = origins[some], directions[some]
     ahead, behind = surfaces.hit(origins, directions), surfaces.hit(origins, -directions)
     meets = ahead.which >= 0
     outside = np.sum(-directions * behind.normal, axis=1) <= 0

@@ -222,6 +222,26 @@ def test_paths_end_where_rays_leave(name):
     assert len(graded.path(BALLS[name], (1.1, 0, 4), (0, 0, -2))) == 0
 
 
+@pytest.mark.parametrize("name", BALLS)
+def test_many_paths_at_once_are_those_of_each_ray(name):
+    starts = np.array([(p, 0.0, 4.0) for p in (0.0, 0.2, 0.35, 0.8, 0.99)])
+    ways = graded.paths(BALLS[name], starts, (0, 0, -2), 129)
+    for start, way in zip(starts, ways, strict=True):
+        one = graded.path(BALLS[name], start, (0, 0, -2))
+        np.testing.assert_allclose(way, graded.evenly(one[None], 129)[0], atol=1e-9)
+        np.testing.assert_allclose(way[[0, -1]], one[[0, -1]], atol=1e-12)
+    steps = np.linalg.norm(np.diff(ways, axis=1), axis=-1)
+    assert (steps.min(axis=1) > 0.8 * steps.max(axis=1)).all()
+
+
+def test_lines_without_length_stay_where_they_are():
+    lines = np.array([[(1.0, 2.0, 3.0)] * 3, [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 1.0, 0.0)]])
+    dots = graded.evenly(lines, 5)
+    np.testing.assert_allclose(dots[0], [(1, 2, 3)] * 5)
+    np.testing.assert_allclose(dots[1][:, :2], [(0, 0), (0.5, 0), (1, 0), (1, 0.5), (1, 1)])
+
+
+
 def test_the_orbits_that_are_known():
     r, phi = graded.trace(Profile("luneburg"), 0.5).T  # an ellipse about the centre: p^2 / r^2 = 1 - cos(..) cos i
     x, y = r * np.cos(phi), r * np.sin(phi)

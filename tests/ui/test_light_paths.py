@@ -20,7 +20,7 @@ from nim_addon.physics.lenslet import LensletWindow
 from nim_addon.physics.rays import Kind, Shapes, Sphere, trace
 from nim_addon.physics.uniaxial import UniaxialSlab
 from nim_addon.scenes import glass, shapes, sphere
-from nim_addon.ui import light_curves, light_paths
+from nim_addon.ui import light_curves, light_tracing
 from tests.ui.drawn_paths import add, add_floor, add_interface, direction, drawn
 
 
@@ -293,7 +293,7 @@ def test_failures_say_why_and_change_nothing(scene, press, capfd, monkeypatch):
     with pytest.raises(RuntimeError, match="direction of the rays is zero"):
         press("nim.light_paths", aim="DIRECTION", direction=(0, 0, 0))
     with monkeypatch.context() as patch:
-        patch.setattr(light_paths, "trace", functools.partial(trace, most=50))
+        patch.setattr(light_tracing, "trace", functools.partial(trace, most=50))
         with pytest.raises(RuntimeError, match="pieces; take fewer rays or bounces, or a higher least energy"):
             press("nim.light_paths")
     camera, scene.camera = scene.camera, None

@@ -162,7 +162,13 @@ def test_from_the_side_takes_a_direction_of_ones_own(scene, press, aim, along):
 
 def test_numbers_of_sources_stay_as_files_hold_them(addon):
     items = bpy.context.scene.nim_rays.bl_rna.properties["source"].enum_items
-    assert {item.identifier: item.value for item in items} == {"CURSOR": 0, "CAMERA": 1, "LAMP": 2, "SIDE": 3}
+    assert {item.identifier: item.value for item in items} == {
+        "CURSOR": 0,
+        "CAMERA": 1,
+        "LAMP": 2,
+        "SIDE": 3,
+        "HANDLE": 4,
+    }
 
 
 def test_lamps_of_every_type(scene, press):

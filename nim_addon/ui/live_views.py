@@ -1,0 +1,166 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Live light paths in the 3D views: lines by the GPU, and what is to be read at the one under the mouse.
+
+The mouse is followed by a gizmo that never says that it was hit, so that no event is taken from anybody.
+"""
+
+from __future__ import annotations
+
+import math
+
+import blf
+import bpy
+import gpu
+from bpy.app.translations import pgettext_iface
+from gpu_extras.batch import batch_for_shader
+
+from ..physics import colour
+from . import light_live, live_lines
+
+REACH = 8  # pixels, of the mouse
+BEHIND = 0.55  # of the opacity of what lies behind or inside something
+SIZE, MARGIN = 12, 14
+GROUPS = ("NIM_GGT_ray_reading", "NIM_GGT_light_handle")
+
+_handlers = []
+_mouse = None  # the region's address, and where in it
+
+
+def start() -> None:
+    """Draw into all 3D views from now on."""
+    for function, when in ((_draw_lines, "POST_VIEW"), (_draw_words, "POST_PIXEL")):
+        _handlers.append(bpy.types.SpaceView3D.draw_handler_add(function, (), "WINDOW", when))
+    for group in GROUPS:
+        bpy.context.window_manager.gizmo_group_type_ensure(group)
+    redraw()
+
+
+def stop() -> None:
+    """Draw no more."""
+    global _mouse
+    for handler in _handlers:
+        bpy.types.SpaceView3D.draw_handler_remove(handler, "WINDOW")
+    _handlers.clear()
+    _mouse = None
+    for group in GROUPS:
+        bpy.context.window_manager.gizmo_group_type_unlink_delayed(group)
+    redraw()
+
+
+def redraw() -> None:
+    """Let all 3D views be drawn again."""
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D":
+                for region in area.regions:
+                    if region.type in ("WINDOW", "UI"):
+                        region.tag_redraw()
+
+
+# ---------------------------------------------------------------- lines
+
+
+def _draw_lines():
+    context = bpy.context
+    if not context.space_data.overlay.show_overlays:
+        return
+    look = light_live.known(context.scene)
+    if look is None:
+        return
+    shader = gpu.shader.from_builtin("POLYLINE_SMOOTH_COLOR")
+    if look.drawn is None:
+        look.drawn = _batches(shader, look.lines)
+    _, _, width, height = gpu.state.viewport_get()
+    shader.bind()
+    shader.uniform_float("viewportSize", (width, height))
+    gpu.state.blend_set("ALPHA")
+    gpu.state.depth_mask_set(False)
+    for test, drawn in look.drawn:
+        gpu.state.depth_test_set(test)
+        for pixels, batch in drawn:
+            shader.uniform_float("lineWidth", pixels * context.preferences.system.pixel_size)
+            batch.draw(shader)
+    gpu.state.depth_test_set("NONE")
+    gpu.state.depth_mask_set(True)
+    gpu.state.blend_set("NONE")
+
+
+def _batches(shader, drawn):
+    """Of how the depth is tested the widths and batches: what lies behind something is fainter."""
+    found = []
+    for test, opacity in (("GREATER", BEHIND), ("LESS_EQUAL", 1.0)):
+        batches = []
+        for pixels, (ends, colors) in live_lines.by_width(drawn).items():
+            shown = colors * (1, 1, 1, opacity)
+            shown[:, :3] = colour.encoded(shown[:, :3])
+            content = {"pos": ends, "color": shown.astype("f")}
+            batches.append((pixels, batch_for_shader(shader, "LINES", content)))
+        found.append((test, batches))
+    return found
+
+
+# ---------------------------------------------------------------- words
+
+
+def pointed_at(region: bpy.types.Region, data: bpy.types.RegionView3D, place: tuple[float, float]) -> tuple | None:
+    """Which Traced the line at a place of a region is of, and which of its segments; None where there is none."""
+    look = light_live.LOOKS.last(bpy.context.scene)
+    if look is None:
+        return None
+    scale = bpy.context.preferences.system.pixel_size
+    size = region.width, region.height
+    line = live_lines.nearest(look.lines, data.perspective_matrix, size, place, REACH * scale)
+    return None if line is None else tuple(look.lines.source[line].tolist())
+
+
+def _draw_words():
+    context = bpy.context
+    if not context.space_data.overlay.show_overlays:
+        return
+    scale = context.preferences.system.ui_scale
+    blf.size(0, SIZE * scale)
+    blf.enable(0, blf.SHADOW)
+    blf.shadow(0, 5, 0.0, 0.0, 0.0, 1.0)
+    said = light_live.sentence(context.scene)
+    if said:
+        left = sum(other.width for other in context.area.regions if other.type == "TOOLS" and other.x == context.region.x)
+        blf.color(0, 1.0, 0.8, 0.4, 1.0)
+        # above the note of ui.viewport
+        blf.position(0, left + MARGIN * scale, 2.5 * MARGIN * scale, 0)
+        blf.draw(0, said)
+    if _mouse and _mouse[0] == context.region.as_pointer():
+        found = pointed_at(context.region, context.region_data, _mouse[1])
+        look = light_live.LOOKS.last(context.scene)
+        if found and found[0] < len(look.traced):
+            blf.color(0, 1.0, 1.0, 1.0, 1.0)
+            for number, line in enumerate(words(live_lines.reading(look.traced[found[0]], found[1]))):
+                x, y = _mouse[1]
+                blf.position(0, x + 18 * scale, y - (20 + 16 * number) * scale, 0)
+                blf.draw(0, line)
+    blf.disable(0, blf.SHADOW)
+
+
+def words(reading: live_lines.Reading) -> list[str]:
+    """What is read, in lines."""
+    found = [f"n = {reading.n:.4g}"]
+    if reading.n_t is not None:
+        found[0] = f"n_i = {reading.n:.4g},  n_t = {reading.n_t:.4g}".replace("_i", "ᵢ").replace("_t", "ₜ")
+        turned = (
+            pgettext_iface("total reflection")
+            if reading.theta_t is None
+            else f"θₜ = {math.degrees(reading.theta_t):.1f}°"
+        )
+        found.append(f"θᵢ = {math.degrees(reading.theta_i):.1f}°,  {turned}")
+        found.append(f"R = {100 * reading.R:.1f} %")
+    found.append(pgettext_iface("energy {share:.1f} %, {nm:.0f} nm").format(share=100 * reading.energy, nm=reading.wavelength_nm))
+    return [line.replace("-", "−") for line in found]
+
+
+def point(context: bpy.types.Context, place: tuple[float, float]) -> None:
+    """Note where the mouse is; what is to be read there is drawn, if it is something else than before."""
+    global _mouse
+    region, data = context.region, context.region_data
+    before = _mouse and _mouse[0] == region.as_pointer() and pointed_at(region, data, _mouse[1])
+    _mouse = region.as_pointer(), place
+    if before or pointed_at(region, data, place):
+        region.tag_redraw()

@@ -73,7 +73,7 @@ class _Body(NamedTuple):
 
 
 class Meshes:
-    """The meshes of visibility.shown(), as physics.rays.trace() takes surfaces; to be cast at as long as their depsgraph is valid.
+    """The meshes of visibility.shown(), as physics.rays.trace() takes surfaces, to be cast at while their depsgraph is valid.
 
     Faces with an interface node bend rays, those of another law (cycles.laws) take them elsewhere, all others stop them.
     `unknown` names the materials whose media a link decides: what it gives is not known here, so rays stop there as well.
@@ -218,11 +218,11 @@ class Kept:
     Whoever keeps one tells it by changed() of all that depsgraphs update, and forgets it with the file, or with its state.
     A mesh is known by its address, which another one may have only after such an update.
 
-    largest: meshes of more faces are left out
+    largest: meshes of more faces are left out; trees: how many were made
     """
 
     def __init__(self, largest: float = np.inf):
-        self.largest = largest
+        self.largest, self.trees = largest, 0
         self._meshes, self._used = {}, set()
 
     def mesh(self, surface: Shown, depsgraph: bpy.types.Depsgraph) -> _Mesh:
@@ -230,7 +230,7 @@ class Kept:
         key, data = surface.mesh.as_pointer(), surface.mesh
         known = self._meshes.get(key)
         if known is None or known.counts != _counts(data):
-            known = self._meshes[key] = _Mesh(data)
+            known = self._meshes[key] = _Mesh(data, self)
         known.stands_in(surface, depsgraph)
         self._used.add(key)
         return known
@@ -257,8 +257,8 @@ class _Mesh:
     owners: session_uids of the objects and of the mesh in the file that it comes of
     """
 
-    def __init__(self, data):
-        self.counts, self.owners = _counts(data), set()
+    def __init__(self, data, kept):
+        self.counts, self.owners, self._kept = _counts(data), set(), kept
         self.faces = len(data.polygons)
         if self.faces:
             self.box = np.stack(meshes.bounds(meshes.vertices(data))).astype(float)
@@ -272,6 +272,7 @@ class _Mesh:
     @cached_property
     def tree(self):
         """The tree of its triangles, made when it is first asked for."""
+        self._kept.trees += 1
         if self._object.data == self.data:
             return BVHTree.FromObject(self._object, self._depsgraph)
         # a mesh that geometry nodes or curves made has an object only while its instances are gone through

@@ -99,4 +99,3 @@ class Shell:
             np.where(leaving, np.sign(index) * onwards, inwards),  # in a NIM light goes round against the sense of p
             np.where(leaving, ~leaves, landing.reached),
         )
-

@@ -305,7 +305,9 @@ def _through_cloak(profile: Profile, p: NDArray, turns: NDArray) -> tuple[NDArra
     turned = p * np.tan(np.linspace(np.arctan2(first, p), np.arctan2(last, p), 4 * _PANELS))
     along = np.concatenate([np.linspace(last, first, 2 * _PANELS), turned.clip(last, first)])
     along, p = np.sort(along, axis=0)[::-1].T, p[:, None]
-    return profile.hollow + (1 - profile.hollow) * np.hypot(p, along), np.arctan2(along[:, :1], p) - np.arctan2(along, p)
+    return profile.hollow + (1 - profile.hollow) * np.hypot(p, along), np.arctan2(along[:, :1], p) - np.arctan2(
+        along, p
+    )
 
 
 def _inwards(profile: Profile, p: NDArray, low: NDArray) -> tuple[NDArray, NDArray]:

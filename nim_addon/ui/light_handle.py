@@ -9,12 +9,12 @@ from bpy.app.translations import pgettext_rpt
 from mathutils import Matrix, Vector
 
 from ..cycles.visibility import as_rendered
-from . import light_live, light_sources
+from . import light_live, light_sources, live_look
 from .light_tracing import surfaces_of
 
 NAME = "Light Source"
 # Of the turns about its own axes: their colours as Blender's own.
-TURNS = ((0, (1.0, 0.2, 0.32)), (1, (0.55, 0.86, 0.0)))
+TURNS = {"X": (1.0, 0.2, 0.32), "Y": (0.55, 0.86, 0.0)}
 
 
 class NIM_OT_light_handle(bpy.types.Operator):
@@ -44,18 +44,23 @@ class NIM_OT_light_handle(bpy.types.Operator):
             scene.nim_rays.handle = handle
             self.report({"INFO"}, pgettext_rpt("Rays start from the handle now; move it (G) or turn it (R)"))
         scene.nim_rays.source = "HANDLE"
-        for other in context.selected_objects:
-            other.select_set(False)
         if handle.visible_get():
-            handle.select_set(True)
-            context.view_layer.objects.active = handle
+            _select(context, handle)
         return {"FINISHED"}
+
+
+def _select(context, handle):
+    """Let it be the only one that is selected."""
+    for other in context.selected_objects:
+        other.select_set(False)
+    handle.select_set(True)
+    context.view_layer.objects.active = handle
 
 
 def _where_rays_start(context):
     """The matrix (4, 4) of the middle of the rays as they start now, and a size; of the 3D cursor where none do."""
     scene = context.scene
-    settings = light_live.settings_of(scene)
+    settings = live_look.settings_of(scene)
     settings.rays = 3
     if settings.source == "HANDLE":
         settings.source = "SIDE"
@@ -79,8 +84,48 @@ def _where_rays_start(context):
 # ---------------------------------------------------------------- gizmos
 
 
+class NIM_OT_light_handle_drag(bpy.types.Operator):
+    """Move the source of the live light paths, or turn it about one of its own axes"""
+
+    bl_idname = "nim.light_handle_drag"
+    bl_label = "Drag Handle of Light Paths"
+    bl_options = {"INTERNAL"}
+
+    how: bpy.props.EnumProperty(
+        name="How",
+        description="What the drag does",
+        items=(
+            ("MOVE", "Move", "Move it"),
+            ("X", "Turn About X", "Turn it about its own X axis"),
+            ("Y", "Turn About Y", "Turn it about its own Y axis"),
+        ),
+        options={"HIDDEN", "SKIP_SAVE"},
+    )
+
+    @classmethod
+    def poll(cls, context):
+        """Only where there is one, in Object Mode."""
+        return context.mode == "OBJECT" and _handle(context) is not None
+
+    def invoke(self, context, event):
+        """Select it, and let Blender's own operator go on: with its keys, numbers, snapping and undo."""
+        handle = _handle(context)
+        _select(context, handle)
+        if self.how == "MOVE":
+            return bpy.ops.transform.translate("INVOKE_DEFAULT", True, release_confirm=True)
+        return bpy.ops.transform.rotate(
+            "INVOKE_DEFAULT",
+            True,
+            orient_type="LOCAL",
+            orient_axis=self.how,
+            constraint_axis=tuple(axis == self.how for axis in "XYZ"),
+            center_override=handle.matrix_world.translation,
+            release_confirm=True,
+        )
+
+
 class NIM_GGT_light_handle(bpy.types.GizmoGroup):
-    """Move and turn the handle of live light paths, whatever is selected"""
+    """Move and turn the source of live light paths, whatever is selected"""
 
     bl_idname = "NIM_GGT_light_handle"
     bl_label = "Light Paths Handle"
@@ -90,31 +135,24 @@ class NIM_GGT_light_handle(bpy.types.GizmoGroup):
 
     @classmethod
     def poll(cls, context):
-        """Only while the rays start there."""
-        return _handle(context) is not None
+        """Only while the rays start there, in Object Mode."""
+        return context.mode == "OBJECT" and _handle(context) is not None
 
     def setup(self, context):
         """Make a gizmo to move it by, and one for each axis to turn it about."""
-        self.start, self.turns = Matrix(), []
-        move = self.gizmos.new("GIZMO_GT_move_3d")
-        move.draw_options, move.scale_basis, move.use_draw_modal = {"ALIGN_VIEW"}, 0.12, True
-        move.color, move.color_highlight = (1.0, 0.85, 0.3), (1.0, 1.0, 0.7)
-        move.alpha, move.alpha_highlight = 0.7, 1.0
-        move.target_set_handler("offset", get=lambda: (0.0, 0.0, 0.0), set=self._move)
-        self.move = move
-        for axis, color in TURNS:
+        drag = NIM_OT_light_handle_drag.bl_idname
+        self.move, self.turns = self.gizmos.new("GIZMO_GT_move_3d"), []
+        self.move.draw_options, self.move.scale_basis = {"ALIGN_VIEW"}, 0.12
+        self.move.color, self.move.color_highlight = (1.0, 0.85, 0.3), (1.0, 1.0, 0.7)
+        self.move.alpha, self.move.alpha_highlight = 0.7, 1.0
+        self.move.target_set_operator(drag).how = "MOVE"
+        for axis, color in TURNS.items():
             dial = self.gizmos.new("GIZMO_GT_dial_3d")
-            dial.scale_basis, dial.use_draw_modal, dial.line_width = 0.6, True, 2.0
-            dial.draw_options = {"CLIP"}
+            dial.scale_basis, dial.line_width, dial.draw_options = 0.6, 2.0, {"CLIP"}
             dial.color, dial.color_highlight = color, tuple(0.5 + value / 2 for value in color)
             dial.alpha, dial.alpha_highlight = 0.6, 1.0
-            dial.target_set_handler("offset", get=lambda: 0.0, set=lambda angle, axis=axis: self._turn(axis, angle))
-            self.turns.append((axis, dial))
-
-    def invoke_prepare(self, context, gizmo):
-        """Remember where it was."""
-        handle = _handle(context)
-        self.start = handle.matrix_world.copy() if handle else Matrix()
+            dial.target_set_operator(drag).how = axis
+            self.turns.append(("XYZ".index(axis), dial))
 
     def draw_prepare(self, context):
         """Put the gizmos where the object is."""
@@ -126,20 +164,6 @@ class NIM_GGT_light_handle(bpy.types.GizmoGroup):
         for axis, dial in self.turns:
             along = turn @ Vector([float(axis == i) for i in range(3)])
             dial.matrix_basis = Matrix.Translation(place) @ along.to_track_quat("Z", "Y").to_matrix().to_4x4()
-
-    def _move(self, offset):
-        self._put(Matrix.Translation(offset) @ self.start)
-
-    def _turn(self, axis, angle):
-        # about its own axis, where it stands
-        place, about = self.start.translation, self.start.col[axis].xyz.normalized()
-        turn = Matrix.Translation(place) @ Matrix.Rotation(-angle, 4, about) @ Matrix.Translation(-place)
-        self._put(turn @ self.start)
-
-    def _put(self, matrix):
-        handle = _handle(bpy.context)
-        if handle is not None:
-            handle.matrix_world = matrix
 
 
 def _handle(context):
@@ -182,4 +206,4 @@ class NIM_GGT_ray_reading(bpy.types.GizmoGroup):
         self.gizmos.new(NIM_GT_ray_reading.bl_idname)
 
 
-CLASSES = (NIM_OT_light_handle, NIM_GGT_light_handle, NIM_GT_ray_reading, NIM_GGT_ray_reading)
+CLASSES = (NIM_OT_light_handle, NIM_OT_light_handle_drag, NIM_GGT_light_handle, NIM_GT_ray_reading, NIM_GGT_ray_reading)

@@ -1,163 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Light paths, live: drawn over the 3D views, and traced anew whenever a setting, a material or an object has changed.
+"""Live light paths, on and off. While they are off nothing of them is registered but the button.
 
-While it is off nothing of it is registered but the button. It is on for a session, not for a file: another file ends it.
+They are on for a session, not for a file: another file ends them.
 """
 
 from __future__ import annotations
 
-import time
-from types import SimpleNamespace
-
 import bpy
 from bpy.app.handlers import persistent
-from bpy.app.translations import pgettext_rpt
 
-from ..cycles.casting import Kept
-from ..physics import Interface
-from . import deferred, light_sources, live_lines
-from .light_settings import Settings
-from .light_tracing import follow, surfaces_of, warning
-from .looks import Looks
+from . import live_look
 
-LARGEST = 250_000  # a mesh of more faces takes Blender over a second to make ready for rays
-BUDGET = 0.05  # seconds that a change may take while others follow it
-FEWEST = 12  # rays that are left then
-STILL = 0.3  # seconds after which nothing follows
-
-_kept = {}  # by the session_uid of a scene: what it was read from, and its Kept
-_views = None  # the module that draws, while it is on
-
-
-class Look:
-    """What is drawn of a scene: `lines`, of what is `traced`; a `sentence` of what is to be said, or None.
-
-    seconds: that a ray took; coarse: how many rays stand for all of them while things move, or None
-    """
-
-    def __init__(self, scene: bpy.types.Scene, most_rays: int | None = None):
-        self.marks = marks(scene)
-        self.traced, self.sentence, self.coarse, self.seconds, self.drawn = [], None, None, 0.0, None
-        begun = time.perf_counter()
-        settings = settings_of(scene)
-        if most_rays is not None and most_rays < settings.rays:
-            self.coarse = settings.rays = most_rays
-        try:
-            self._trace(scene, settings)
-        except ValueError as error:
-            self.traced, self.sentence = [], str(error)
-        self.lines = live_lines.lines(self.traced, scene.nim_rays.color)
-        self.seconds = (time.perf_counter() - begun) / settings.rays
-        self.at = time.perf_counter()
-
-    def _trace(self, scene, settings):
-        layer = _layer(scene)
-        depsgraph = layer.depsgraph
-        source, kept = depsgraph.as_pointer(), _kept.get(scene.session_uid)
-        if kept is None or kept[0] != source:
-            kept = _kept[scene.session_uid] = source, Kept(LARGEST)
-        surfaces = surfaces_of(scene, depsgraph, kept[1])
-        there = SimpleNamespace(
-            scene=scene,
-            active_object=layer.objects.active,
-            selected_objects=[obj for obj in layer.objects if obj.type == "LIGHT" and obj.select_get(view_layer=layer)],
-        )
-        starts = light_sources.starts(there, settings, surfaces, depsgraph)
-        wavelengths = [None]
-        if scene.nim_rays.color == "WAVELENGTH" and _disperses(surfaces.interfaces):
-            wavelengths = live_lines.WAVELENGTHS_NM
-        for start in starts.values():
-            for nm in wavelengths:
-                options = {} if nm is None else {"wavelength_nm": nm}
-                paths = follow(surfaces, start, settings, **options)
-                self.traced.append(live_lines.Traced(paths, surfaces.interfaces, nm, is_first=nm == wavelengths[0]))
-        self.sentence = warning(surfaces, [one.paths for one in self.traced], settings.bounces)
-
-
-def settings_of(scene: bpy.types.Scene) -> SimpleNamespace:
-    """A copy of the Settings of a scene, which what is drawn may change."""
-    return SimpleNamespace(**{name: getattr(scene.nim_rays, name) for name in Settings.__annotations__})
-
-
-def _layer(scene):
-    """The view layer of a window that shows the scene; else its first, evaluated."""
-    layer = next((one.view_layer for one in bpy.context.window_manager.windows if one.scene == scene), None)
-    if layer is None or layer.depsgraph is None:
-        layer = layer or scene.view_layers[0]
-        layer.update()
-    return layer
-
-
-def _disperses(interfaces):
-    media = [medium for one in interfaces if isinstance(one, Interface) for medium in (one.inside, one.outside)]
-    return any(medium.dispersion is not None and medium.dispersion.has_colours for medium in media)
-
-
-def marks(scene: bpy.types.Scene) -> tuple:
-    """What of a scene decides its live paths and may change without Blender telling anybody; quick."""
-    settings = scene.nim_rays
-    values = [getattr(settings, name) for name in (*Settings.__annotations__, "color")]
-    values = [tuple(value) if hasattr(value, "__len__") and not isinstance(value, str) else value for value in values]
-    handle = light_sources.handle_of(scene)
-    return *values, handle and handle.session_uid, *map(tuple, scene.cursor.matrix)
-
-
-def look(scene: bpy.types.Scene, finish: bool = False) -> Look:
-    """Look at a scene; with fewer rays, which are to be all later, while changes follow each other faster than it takes.
-
-    finish: with all of them, whatever it takes
-    """
-    last, most = LOOKS.last(scene), None
-    if last and last.seconds and not finish and time.perf_counter() - last.at < STILL:
-        most = max(FEWEST, int(BUDGET / last.seconds))
-    new = Look(scene, most)
-    if new.coarse:
-        deferred.do(LOOKS.renew, scene.session_uid, True, after=STILL)
-    if _views:
-        _views.redraw()
-    return new
-
-
-LOOKS = Looks(look, lambda: True)
-
-
-def known(scene: bpy.types.Scene) -> Look | None:
-    """The last Look at a scene, or None; another is asked for where something has changed. Quick: it can be drawn by."""
-    last = LOOKS.last(scene)
-    if last and last.marks != marks(scene):
-        LOOKS.outdate(scene)
-    return LOOKS.known(scene)
-
-
-def sentence(scene: bpy.types.Scene) -> str | None:
-    """What is to be said of the live paths of a scene, translated; None where that is nothing, or they are off."""
-    last = LOOKS.last(scene)
-    if last and last.coarse:
-        return pgettext_rpt("Coarser while it moves: {some} of {rays} rays").format(
-            some=last.coarse, rays=scene.nim_rays.rays
-        )
-    return last.sentence if last else None
-
-
-# ---------------------------------------------------------------- on and off
-
-
-@persistent
-def note_change(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = None) -> None:
-    """Called by Blender after a change: the paths may no longer be so."""
-    LOOKS.outdate()
-    for update in depsgraph.updates if depsgraph else ():
-        for _, kept in _kept.values():
-            kept.changed(update)
-    for shown in {window.scene for window in bpy.context.window_manager.windows}:
-        deferred.do(LOOKS.renew, shown.session_uid)
-
-
-@persistent
-def forget(*_) -> None:
-    """Called by Blender: it is another state of the file."""
-    LOOKS.forget()
-    _kept.clear()
+_views = None  # the module that draws, while they are on
 
 
 @persistent
@@ -168,17 +22,18 @@ def stop(*_) -> None:
         handlers = getattr(bpy.app.handlers, name)
         if handler in handlers:
             handlers.remove(handler)
+    live_look.on = False
     if _views:
         _views.stop()
         _views = None
-    forget()
+    live_look.forget()
 
 
 HANDLERS_WHILE_ON = (
-    ("depsgraph_update_post", note_change),
-    ("frame_change_post", note_change),
-    ("undo_post", forget),
-    ("redo_post", forget),
+    ("depsgraph_update_post", live_look.note_change),
+    ("frame_change_post", live_look.note_change),
+    ("undo_post", live_look.forget),
+    ("redo_post", live_look.forget),
     ("load_post", stop),
 )
 
@@ -191,13 +46,13 @@ def start() -> None:
 
     for name, handler in HANDLERS_WHILE_ON:
         getattr(bpy.app.handlers, name).append(handler)
-    _views = live_views
+    live_look.on, _views = True, live_views
     _views.start()
 
 
 def is_on() -> bool:
     """Whether live paths are drawn."""
-    return _views is not None
+    return live_look.on
 
 
 def point(context: bpy.types.Context, place: tuple[float, float]) -> None:

@@ -5,7 +5,7 @@ import bpy
 from bpy.app.translations import pgettext_rpt
 
 from ..cycles.visibility import as_rendered
-from . import light_curves, light_handle, light_live, light_sources
+from . import light_curves, light_handle, light_live, light_sources, live_look
 from .light_settings import Settings, draw_settings
 from .light_tracing import follow, surfaces_of, warning
 from .panels import Sidebar, draw_sentence
@@ -89,7 +89,7 @@ class NIM_PT_light_paths(Sidebar, bpy.types.Panel):
         live = light_live.is_on()
         column = self.layout.column(align=True)
         column.operator(light_live.NIM_OT_light_paths_live.bl_idname, icon="HIDE_OFF", depress=live)
-        said = light_live.sentence(context.scene)
+        said = live_look.sentence(context.scene)
         if live and said:
             draw_sentence(column, context, said, icon="INFO")
         column = self.layout.column(align=True)

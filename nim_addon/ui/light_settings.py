@@ -53,7 +53,13 @@ COLORS = (
         0,
     ),
     ("PART", "Part", "Yellow as it arrives, blue what is reflected, orange what goes on", "MOD_EDGESPLIT", 1),
-    ("ENERGY", "Energy", "From white, with all the energy of its ray, over red to blue, with the least", "LIGHTPROBE_SPHERE", 2),
+    (
+        "ENERGY",
+        "Energy",
+        "From white, with all the energy of its ray, over red to blue, with the least",
+        "LIGHTPROBE_SPHERE",
+        2,
+    ),
 )
 
 # An operator takes the settings of the scene, not those of the last time.

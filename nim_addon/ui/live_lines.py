@@ -105,7 +105,9 @@ def by_width(drawn: Lines) -> dict[float, tuple[NDArray, NDArray]]:
 # ---------------------------------------------------------------- at the mouse
 
 
-def nearest(drawn: Lines, matrix: NDArray, size: tuple[float, float], place: tuple[float, float], reach: float) -> int | None:
+def nearest(
+    drawn: Lines, matrix: NDArray, size: tuple[float, float], place: tuple[float, float], reach: float
+) -> int | None:
     """The line that passes nearest to a place of a region, no more than `reach` away, all in pixels; None if none does.
 
     matrix: (4, 4) from the world to clip space; size: of the region, width and height

@@ -15,11 +15,13 @@ from bpy.app.translations import pgettext_iface
 from gpu_extras.batch import batch_for_shader
 
 from ..physics import colour
-from . import light_live, live_lines
+from . import live_lines, live_look
 
 REACH = 8  # pixels, of the mouse
 BEHIND = 0.55  # of the opacity of what lies behind or inside something
 SIZE, MARGIN = 12, 14
+GROUND = (0.05, 0.05, 0.05, 0.8)
+MINUS = "\N{MINUS SIGN}"
 GROUPS = ("NIM_GGT_ray_reading", "NIM_GGT_light_handle")
 
 _handlers = []
@@ -32,7 +34,7 @@ def start() -> None:
         _handlers.append(bpy.types.SpaceView3D.draw_handler_add(function, (), "WINDOW", when))
     for group in GROUPS:
         bpy.context.window_manager.gizmo_group_type_ensure(group)
-    redraw()
+    live_look.redraw()
 
 
 def stop() -> None:
@@ -44,17 +46,7 @@ def stop() -> None:
     _mouse = None
     for group in GROUPS:
         bpy.context.window_manager.gizmo_group_type_unlink_delayed(group)
-    redraw()
-
-
-def redraw() -> None:
-    """Let all 3D views be drawn again."""
-    for window in bpy.context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type == "VIEW_3D":
-                for region in area.regions:
-                    if region.type in ("WINDOW", "UI"):
-                        region.tag_redraw()
+    live_look.redraw()
 
 
 # ---------------------------------------------------------------- lines
@@ -64,7 +56,7 @@ def _draw_lines():
     context = bpy.context
     if not context.space_data.overlay.show_overlays:
         return
-    look = light_live.known(context.scene)
+    look = live_look.known(context.scene)
     if look is None:
         return
     shader = gpu.shader.from_builtin("POLYLINE_SMOOTH_COLOR")
@@ -73,7 +65,8 @@ def _draw_lines():
     _, _, width, height = gpu.state.viewport_get()
     shader.bind()
     shader.uniform_float("viewportSize", (width, height))
-    gpu.state.blend_set("ALPHA")
+    # wavelengths that go the same way make white
+    gpu.state.blend_set("ADDITIVE" if any(one.wavelength_nm for one in look.traced) else "ALPHA")
     gpu.state.depth_mask_set(False)
     for test, drawn in look.drawn:
         gpu.state.depth_test_set(test)
@@ -104,7 +97,7 @@ def _batches(shader, drawn):
 
 def pointed_at(region: bpy.types.Region, data: bpy.types.RegionView3D, place: tuple[float, float]) -> tuple | None:
     """Which Traced the line at a place of a region is of, and which of its segments; None where there is none."""
-    look = light_live.LOOKS.last(bpy.context.scene)
+    look = live_look.LOOKS.last(bpy.context.scene)
     if look is None:
         return None
     scale = bpy.context.preferences.system.pixel_size
@@ -121,39 +114,55 @@ def _draw_words():
     blf.size(0, SIZE * scale)
     blf.enable(0, blf.SHADOW)
     blf.shadow(0, 5, 0.0, 0.0, 0.0, 1.0)
-    said = light_live.sentence(context.scene)
+    said = live_look.sentence(context.scene)
     if said:
-        left = sum(other.width for other in context.area.regions if other.type == "TOOLS" and other.x == context.region.x)
+        left = sum(
+            other.width for other in context.area.regions if other.type == "TOOLS" and other.x == context.region.x
+        )
         blf.color(0, 1.0, 0.8, 0.4, 1.0)
         # above the note of ui.viewport
         blf.position(0, left + MARGIN * scale, 2.5 * MARGIN * scale, 0)
         blf.draw(0, said)
     if _mouse and _mouse[0] == context.region.as_pointer():
         found = pointed_at(context.region, context.region_data, _mouse[1])
-        look = light_live.LOOKS.last(context.scene)
-        if found and found[0] < len(look.traced):
-            blf.color(0, 1.0, 1.0, 1.0, 1.0)
-            for number, line in enumerate(words(live_lines.reading(look.traced[found[0]], found[1]))):
-                x, y = _mouse[1]
-                blf.position(0, x + 18 * scale, y - (20 + 16 * number) * scale, 0)
-                blf.draw(0, line)
+        if found:
+            traced = live_look.LOOKS.last(context.scene).traced
+            _draw_box(words(live_lines.reading(traced[found[0]], found[1])), _mouse[1], scale)
     blf.disable(0, blf.SHADOW)
+
+
+def _draw_box(lines, place, scale):
+    """Draw lines of text on dark ground, to the right of a place and below it."""
+    line, edge = 1.4 * SIZE * scale, 0.5 * SIZE * scale
+    left, top = place[0] + 1.5 * SIZE * scale, place[1] - 1.5 * SIZE * scale
+    right = left + max(blf.dimensions(0, text)[0] for text in lines) + 2 * edge
+    bottom = top - len(lines) * line - edge
+    shader = gpu.shader.from_builtin("UNIFORM_COLOR")
+    corners = {"pos": [(left, bottom), (right, bottom), (left, top), (right, top)]}
+    gpu.state.blend_set("ALPHA")
+    shader.uniform_float("color", GROUND)
+    batch_for_shader(shader, "TRI_STRIP", corners).draw(shader)
+    gpu.state.blend_set("NONE")
+    blf.color(0, 1.0, 1.0, 1.0, 1.0)
+    for number, text in enumerate(lines, start=1):
+        blf.position(0, left + edge, top - number * line, 0)
+        blf.draw(0, text)
 
 
 def words(reading: live_lines.Reading) -> list[str]:
     """What is read, in lines."""
     found = [f"n = {reading.n:.4g}"]
     if reading.n_t is not None:
-        found[0] = f"n_i = {reading.n:.4g},  n_t = {reading.n_t:.4g}".replace("_i", "ᵢ").replace("_t", "ₜ")
-        turned = (
-            pgettext_iface("total reflection")
-            if reading.theta_t is None
-            else f"θₜ = {math.degrees(reading.theta_t):.1f}°"
-        )
-        found.append(f"θᵢ = {math.degrees(reading.theta_i):.1f}°,  {turned}")
-        found.append(f"R = {100 * reading.R:.1f} %")
-    found.append(pgettext_iface("energy {share:.1f} %, {nm:.0f} nm").format(share=100 * reading.energy, nm=reading.wavelength_nm))
-    return [line.replace("-", "−") for line in found]
+        found = [f"nᵢ = {reading.n:.4g},  nₜ = {reading.n_t:.4g}"]
+        ahead = _degrees(reading.theta_t) if reading.theta_t is not None else pgettext_iface("total reflection")
+        found += [f"θᵢ = {_degrees(reading.theta_i)},  θₜ = {ahead}", f"R = {100 * reading.R:.1f} %"]
+    energy = pgettext_iface("energy {share:.1f} %, {nm:.0f} nm")
+    found.append(energy.format(share=100 * reading.energy, nm=reading.wavelength_nm))
+    return [line.replace("-", MINUS) for line in found]
+
+
+def _degrees(angle):
+    return f"{round(math.degrees(angle), 1) + 0.0:.1f}°"  # of what is nearly 0 no sign
 
 
 def point(context: bpy.types.Context, place: tuple[float, float]) -> None:

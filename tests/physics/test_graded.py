@@ -241,7 +241,6 @@ def test_lines_without_length_stay_where_they_are():
     np.testing.assert_allclose(dots[1][:, :2], [(0, 0), (0.5, 0), (1, 0), (1, 0.5), (1, 1)])
 
 
-
 def test_the_orbits_that_are_known():
     r, phi = graded.trace(Profile("luneburg"), 0.5).T  # an ellipse about the centre: p^2 / r^2 = 1 - cos(..) cos i
     x, y = r * np.cos(phi), r * np.sin(phi)

@@ -1,0 +1,456 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Live light paths: what would be drawn, without a window to draw into."""
+
+import math
+import subprocess
+import sys
+
+import bpy
+import numpy as np
+import pytest
+from mathutils import Euler, Matrix
+
+from nim_addon.cycles.graded import graded_ball_material
+from nim_addon.cycles.lenslets import lenslet_material
+from nim_addon.cycles.material import interface_material
+from nim_addon.cycles.slabs import slab_material
+from nim_addon.physics import Interface, Medium, colour
+from nim_addon.physics.balls import POINTS
+from nim_addon.physics.graded import Profile
+from nim_addon.physics.lenslet import LensletWindow
+from nim_addon.physics.rays import Kind, Plane, Shapes, Sphere, trace
+from nim_addon.physics.uniaxial import UniaxialSlab
+from nim_addon.scenes import shapes
+from nim_addon.ui import light_live, live_lines, live_look
+from nim_addon.ui.light_curves import COLORS
+from nim_addon.ui.live_lines import Traced
+from tests.ui.drawn_paths import add, add_interface, drawn
+
+
+@pytest.fixture
+def scene(addon):
+    """The default file without its cube, with 9 rays from the 3D cursor, and live paths as if they were on."""
+    bpy.data.objects.remove(bpy.data.objects["Cube"])
+    bpy.context.scene.nim_rays.source, bpy.context.scene.nim_rays.rays = "CURSOR", 9
+    live_look.on = True
+    for name, handler in light_live.HANDLERS_WHILE_ON:
+        getattr(bpy.app.handlers, name).append(handler)
+    yield bpy.context.scene
+    light_live.stop()
+
+
+def look():
+    bpy.context.view_layer.update()
+    return live_look.Look(bpy.context.scene)
+
+
+def trees():
+    """The tree of each mesh that is kept, by how many faces it has."""
+    return {mesh.faces: mesh.tree for _, kept in live_look._kept.values() for mesh in kept._meshes.values()}
+
+
+def a_ball(n=-1.5):
+    return add_interface(n, shapes.cube_sphere(16), smooth=True)
+
+
+# ---------------------------------------------------------------- lines
+
+
+@pytest.fixture
+def plane():
+    """A ray of 45 degrees from above onto a NIM."""
+    surfaces = Shapes(Plane((0, 0, 0), (0, 0, 1), Interface(Medium(-1.5))))
+    return Traced(trace(surfaces, (-1, 0, 1), (1, 0, -1), bounces=1, reach=2), surfaces.interfaces)
+
+
+def test_lines_are_the_paths_in_the_colours_of_their_parts_and_thinner_with_less_energy(plane):
+    paths, R = plane.paths, float(Interface(Medium(-1.5)).fresnel(math.sqrt(0.5)).R)
+    made = live_lines.lines([plane], "PART")
+    # the weakest first
+    assert made.source.tolist() == [[0, 1], [0, 0], [0, 2]] or made.source.tolist() == [[0, 1], [0, 2], [0, 0]]
+    np.testing.assert_allclose(made.ends, np.stack([paths.start, paths.end], 1)[made.source[:, 1]], atol=1e-6)
+    kinds = paths.kind[made.source[:, 1]]
+    np.testing.assert_allclose(made.colors[..., :3], np.repeat([[COLORS[kind]] for kind in kinds], 2, 1), atol=1e-6)
+    weakest = kinds.tolist().index(Kind.REFLECTED)
+    assert made.colors[weakest, 0, 3] == pytest.approx(R**0.25) and made.widths.max() == live_lines.WIDEST
+    assert made.widths[weakest] == max(1, round(live_lines.WIDEST * R**0.25)) < live_lines.WIDEST
+
+
+def test_by_energy_a_ray_is_white_and_its_weak_branches_are_not(plane):
+    made = live_lines.lines([plane], "ENERGY")
+    by_kind = dict(zip(plane.paths.kind[made.source[:, 1]], made.colors[:, 0, :3], strict=True))
+    np.testing.assert_allclose(by_kind[Kind.INCIDENT], live_lines.RAMP[-1], atol=1e-6)
+    reds, blues = ({kind: color[channel] for kind, color in by_kind.items()} for channel in (0, 2))
+    assert reds[Kind.INCIDENT] >= reds[Kind.TRANSMITTED] and blues[Kind.INCIDENT] > blues[Kind.TRANSMITTED]
+    assert not np.allclose(by_kind[Kind.REFLECTED], by_kind[Kind.TRANSMITTED], atol=0.1)
+
+
+def test_in_what_absorbs_a_line_fades():
+    surfaces = Shapes(Sphere((0, 0, 0), 1, Interface(Medium.parse("n=-1.5,length=2"))))
+    paths = trace(surfaces, (0, 0.3, 5), (0, 0, -1), bounces=2)
+    made = live_lines.lines([Traced(paths, surfaces.interfaces)], "PART")
+    wanted = np.stack([paths.energy, paths.arriving], -1)[made.source[:, 1]] ** 0.25
+    np.testing.assert_allclose(made.colors[..., 3], np.maximum(wanted, live_lines.FAINTEST), rtol=1e-6)
+    assert (made.colors[:, 1, 3] < 0.9 * made.colors[:, 0, 3]).any()
+
+
+def test_what_is_drawn_at_once_is_all_of_it_and_of_one_width(plane):
+    made = live_lines.lines([plane], "PART")
+    widths = live_lines.by_width(made)
+    assert sorted(widths) == sorted(set(made.widths.tolist()))
+    assert sum(len(ends) for ends, _ in widths.values()) == 2 * len(made.ends)
+    assert all(
+        ends.dtype == colors.dtype == np.float32 and len(ends) == len(colors) for ends, colors in widths.values()
+    )
+    assert not live_lines.by_width(live_lines.lines([], "PART"))
+
+
+# ---------------------------------------------------------------- at the mouse
+
+# what looks down from 10 above, 90 degrees wide, into a region of 200 by 200
+DOWN = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, -1.002, 9.82], [0, 0, -1, 10.0]])
+
+
+def across(*places):
+    """Lines along y at those x, as strong as they are many."""
+    ends = np.array([[(x, -5.0, 0.0), (x, 5.0, 0.0)] for x in places]).reshape(-1, 2, 3)
+    colors, widths = np.ones((len(places), 2, 4)), np.ones(len(places))
+    return live_lines.Lines(ends, colors, widths, np.zeros((len(places), 2), int))
+
+
+def test_the_line_at_the_mouse_is_the_nearest_and_of_those_on_each_other_the_strongest():
+    three = across(0.0, 2.0, 2.0)
+    assert live_lines.nearest(three, DOWN, (200, 200), (103, 90), 8) == 0
+    assert live_lines.nearest(three, DOWN, (200, 200), (117, 120), 8) == 2
+    assert live_lines.nearest(three, DOWN, (200, 200), (110, 90), 8) is None
+    assert live_lines.nearest(three, DOWN, (200, 200), (100, 190), 8) is None  # beyond its end
+    assert live_lines.nearest(across(), DOWN, (200, 200), (100, 100), 8) is None
+
+
+def test_a_line_from_behind_the_eye_is_met_where_it_is_seen():
+    ends = np.array([[(0.0, 0.0, 30.0), (5.0, 0.0, 0.0)], [(0.0, 3.0, 30.0), (0.0, 3.0, 20.0)]])
+    lines = live_lines.Lines(ends, np.ones((2, 2, 4)), np.ones(2), np.zeros((2, 2), int))
+    assert live_lines.nearest(lines, DOWN, (200, 200), (160, 100), 8) == 0  # towards its end at (150, 100)
+    assert live_lines.nearest(lines, DOWN, (200, 200), (40, 100), 8) is None
+    assert live_lines.nearest(lines, DOWN, (200, 200), (100, 70), 8) is None  # of the one that is all behind
+
+
+def test_a_reading_is_what_the_equations_say_of_both_sides(plane):
+    read = live_lines.reading(plane, 0)
+    assert (read.n, read.n_t, read.energy, read.wavelength_nm) == (1, -1.5, 1, 550)
+    assert read.theta_i == pytest.approx(math.radians(45))
+    assert read.theta_t == pytest.approx(-math.asin(math.sqrt(0.5) / 1.5))
+    R = float(Interface(Medium(-1.5)).fresnel(math.sqrt(0.5)).R)
+    assert abs(read.R - R) < 1e-12
+    away = live_lines.reading(plane, int(np.flatnonzero(plane.paths.kind == Kind.TRANSMITTED)[0]))
+    assert away.n == -1.5 and away.n_t is away.R is None and away.energy == pytest.approx(1 - read.R)
+
+
+def test_a_reading_from_inside_tells_of_total_reflection():
+    surfaces = Shapes(Plane((0, 0, 0), (0, 0, 1), Interface(Medium(1.5))))
+    paths = trace(surfaces, (-1, 0, -1), (1, 0, 1), bounces=1)
+    read = live_lines.reading(Traced(paths, surfaces.interfaces), 0)
+    assert (read.n, read.n_t, read.theta_t, read.R) == (1.5, 1, None, 1)
+
+
+# ---------------------------------------------------------------- of a scene
+
+
+def test_live_paths_are_those_that_curves_draw(scene, press):
+    scene.cursor.location = (-3, 0.2, 0)
+    a_ball()
+    made = look()
+    assert made.sentence is None and len(made.lines.ends) > 9
+    press("nim.light_paths")
+    for kind in Kind:
+        paths = made.traced[0].paths
+        chosen = paths.kind == kind
+        ends = np.stack([paths.start, paths.end], 1)[chosen]
+        np.testing.assert_allclose(ends, drawn(kind)[0], atol=1e-5)
+    # what was drawn does not stop the rays
+    assert len(look().lines.ends) == len(made.lines.ends)
+
+
+def test_live_paths_change_nothing_of_the_scene(scene):
+    a_ball()
+    before = live_look.marks(scene)
+    look()
+    assert live_look.marks(scene) == before
+
+
+def test_where_a_medium_disperses_wavelengths_part_in_their_colours(scene):
+    scene.cursor.location = (-3, 0, 0)
+    prism = [(-1, -1, -0.8), (1, -1, -0.8), (0, -1, 0.9), (-1, 1, -0.8), (1, 1, -0.8), (0, 1, 0.9)]
+    faces = [(0, 1, 2), (5, 4, 3), (0, 3, 4, 1), (1, 4, 5, 2), (2, 5, 3, 0)]
+    add("Prism", prism, faces, interface_material("SF11", Medium.parse("n-sf11"), backend="nodes"))
+    scene.nim_rays.rays, scene.nim_rays.aim, scene.nim_rays.direction = 1, "DIRECTION", (1, 0, 0.2)
+    made = look()
+    assert [one.wavelength_nm for one in made.traced] == list(live_lines.WAVELENGTHS_NM)
+    first = [
+        one.paths.direction[(one.paths.kind == Kind.TRANSMITTED) & (one.paths.depth == 1)][0] for one in made.traced
+    ]
+    assert (np.diff(first, axis=0)[:, 2] != 0).all() and len(np.unique(np.sign(np.diff(first, axis=0)[:, 2]))) == 1
+    split = made.lines.source[:, 1] > 0
+    nm = np.array(live_lines.WAVELENGTHS_NM)[made.lines.source[split, 0]]
+    np.testing.assert_allclose(made.lines.colors[split, 0, :3], colour.of_wavelength(nm), atol=1e-6)
+    # what all of them share is one white line
+    assert (~split).sum() == 1
+    np.testing.assert_allclose(made.lines.colors[~split][0, 0, :3], live_lines.WHITE, atol=1e-6)
+    read = live_lines.reading(made.traced[0], 0)
+    assert read.n_t == pytest.approx(Medium.parse("n-sf11").at(440).n, rel=1e-6) and read.wavelength_nm == 440
+    scene.nim_rays.color = "PART"
+    assert [one.wavelength_nm for one in look().traced] == [None]
+
+
+@pytest.mark.parametrize(
+    "material",
+    [
+        lambda: lenslet_material("Window", LensletWindow(-1.5), backend="nodes"),
+        lambda: slab_material("Slab", UniaxialSlab(2.0, -3.0, 0.25), backend="nodes"),
+    ],
+    ids=["window", "slab"],
+)
+def test_windows_and_slabs_take_live_rays_on(scene, material):
+    add("Pane", *shapes.rectangle((-2, -2), (2, 2)), material())
+    scene.cursor.location = (0, 0, 2)
+    scene.nim_rays.aim, scene.nim_rays.direction = "DIRECTION", (0.2, 0, -1)
+    made = look()
+    paths = made.traced[0].paths
+    assert made.sentence is None and (paths.end[paths.depth > 0, 2] < -0.1).any()
+
+
+def test_in_a_graded_ball_live_rays_are_curved(scene):
+    add(
+        "Lens", *shapes.cube_sphere(16), graded_ball_material("Lens", Profile("luneburg"), backend="nodes"), smooth=True
+    )
+    scene.cursor.location = (-3, 0, 0)
+    scene.nim_rays.aim, scene.nim_rays.direction = "DIRECTION", (1, 0, 0)
+    made = look()
+    within = np.linalg.norm(made.lines.ends.mean(axis=1), axis=1) < 0.99
+    assert within.sum() > 8 * POINTS
+    # of a ray that meets the lens off its axis the pieces within turn little by little
+    paths = made.traced[0].paths
+    pieces = paths.direction[(paths.ray == 1) & (paths.depth == 1)][: POINTS - 1]
+    turns = np.degrees(np.arccos(np.clip(np.sum(pieces[1:] * pieces[:-1], axis=1), -1, 1)))
+    assert 5 < turns.sum() < 90 and turns.max() < 3
+
+
+def test_what_leads_nowhere_is_a_sentence(scene):
+    assert "no visible mesh" in look().sentence and not len(look().lines.ends)
+    add_interface(-1.5, shapes.rectangle((-1, -1), (1, 1)))
+    scene.nim_rays.source = "HANDLE"
+    assert "no handle" in look().sentence
+    scene.nim_rays.source, scene.cursor.location = "CURSOR", (0, 0, 2)
+    scene.nim_rays.aim, scene.nim_rays.direction = "DIRECTION", (1, 0, 0)
+    made = look()
+    assert "No ray met" in made.sentence and len(made.lines.ends) == 9
+
+
+def test_a_mesh_that_is_too_large_is_left_out_and_named(scene, monkeypatch):
+    a_ball()
+    monkeypatch.setattr(live_look, "LARGEST", 1000)
+    assert "NIM have too many faces" in look().sentence
+    scene.cursor.location = (0, 0, 3)
+    add_interface(1.5, shapes.rectangle((-1, -1), (1, 1), 2.0))
+    made = look()
+    assert "pass through NIM" in made.sentence
+    assert made.traced[0].paths.which.max() == 0
+
+
+# ---------------------------------------------------------------- following
+
+
+def test_a_moved_object_is_followed_and_its_tree_kept(scene):
+    ball = a_ball()
+    scene.cursor.location = (-3, 0, 0)
+    scene.nim_rays.aim = "DIRECTION"
+    before, tree = look(), trees()
+    ball.location.x = 0.25
+    after = look()
+    moved = after.traced[0].paths.end[4] - before.traced[0].paths.end[4]
+    np.testing.assert_allclose(moved, (0.25, 0, 0), atol=1e-6)
+    assert trees() == tree
+
+
+def test_a_changed_mesh_is_read_anew(scene):
+    ball = a_ball()
+    scene.cursor.location = (-3, 0, 0)
+    scene.nim_rays.aim = "DIRECTION"
+    before, tree = look(), trees()
+    ball.data.transform(Matrix.Scale(0.5, 4))
+    ball.data.update()
+    after = look()
+    moved = after.traced[0].paths.end[4] - before.traced[0].paths.end[4]
+    np.testing.assert_allclose(moved, (0.5, 0, 0), atol=1e-6)
+    assert trees() != tree and len(trees()) == 1
+
+
+def test_a_modifier_and_its_numbers_are_followed(scene):
+    wall = add_interface(-1.5, shapes.rectangle((-1, -1), (1, 1)))
+    scene.cursor.location = (0, 0, 2)
+    scene.nim_rays.rays, scene.nim_rays.aim, scene.nim_rays.least = 1, "FORWARD", 0.5
+    assert len(look().traced[0].paths.ray) == 2
+    array = wall.modifiers.new("Array", "ARRAY")
+    array.count, array.use_relative_offset, array.use_constant_offset = 3, False, True
+    array.constant_offset_displace = (0, 0, -1)
+    assert len(look().traced[0].paths.ray) == 4
+    array.count = 2
+    assert len(look().traced[0].paths.ray) == 3
+    # what has moved and been rebuilt in between, too
+    array.constant_offset_displace = (0, 0, -1.5)
+    np.testing.assert_allclose(look().traced[0].paths.end[1], (0, 0, -1.5), atol=1e-6)
+
+
+def test_edited_vertices_are_followed_in_edit_mode(scene):
+    ball = a_ball()
+    scene.cursor.location = (-3, 0, 0)
+    scene.nim_rays.aim = "DIRECTION"
+    bpy.context.view_layer.objects.active = ball
+    bpy.ops.object.mode_set(mode="EDIT")
+    try:
+        np.testing.assert_allclose(look().traced[0].paths.end[4], (-1, 0, 0), atol=1e-2)
+        bpy.ops.mesh.select_all(action="SELECT")
+        bpy.ops.transform.resize(value=(0.5, 0.5, 0.5))
+        np.testing.assert_allclose(look().traced[0].paths.end[4], (-0.5, 0, 0), atol=1e-2)
+    finally:
+        bpy.ops.object.mode_set(mode="OBJECT")
+    np.testing.assert_allclose(look().traced[0].paths.end[4], (-0.5, 0, 0), atol=1e-2)
+
+
+def test_a_deleted_object_leaves_nothing(scene):
+    ball = a_ball()
+    assert len(look().lines.ends) and trees()
+    bpy.data.objects.remove(ball)
+    assert not len(look().lines.ends) and not trees()
+
+
+def test_a_number_of_the_node_or_a_setting_makes_the_last_look_old(scene):
+    ball = a_ball()
+    bpy.context.view_layer.update()
+    uid = scene.session_uid
+    live_look.LOOKS.renew(uid)
+    assert live_look.LOOKS.is_fresh(scene)
+    next(node for node in ball.active_material.node_tree.nodes if node.type == "GROUP").inputs[
+        "Index Inside"
+    ].default_value = -2
+    bpy.context.view_layer.update()
+    assert live_look.known(scene).traced[0].interfaces[0].inside.n == -2
+    count = len(live_look.known(scene).lines.ends)
+    scene.nim_rays.rays = 5
+    assert len(live_look.known(scene).lines.ends) < count
+
+
+def test_while_changes_follow_each_other_there_are_fewer_rays_and_it_says_so(scene, monkeypatch):
+    a_ball()
+    bpy.context.view_layer.update()
+    scene.nim_rays.rays, uid = 40, scene.session_uid
+    live_look.LOOKS.forget()
+    live_look.LOOKS.renew(uid)
+    assert live_look.LOOKS.last(scene).coarse is None and live_look.sentence(scene) is None
+    asked = []
+    monkeypatch.setattr(live_look.deferred, "do", lambda *given, after=0.0: asked.append((given, after)))
+    last = live_look.LOOKS.last(scene)
+    last.seconds, last.at = live_look.BUDGET / 20, last.at + 1000
+    live_look.LOOKS.renew(uid)
+    made = live_look.LOOKS.last(scene)
+    assert made.coarse == 20 and len(made.traced[0].paths.lost) == 20
+    assert "20 of 40" in live_look.sentence(scene)
+    (renew, *given), after = asked[-1]
+    assert after == live_look.STILL
+    renew(*given)
+    assert live_look.LOOKS.last(scene).coarse is None and len(live_look.LOOKS.last(scene).traced[0].paths.lost) == 40
+
+
+def test_scenes_are_known_apart(scene):
+    a_ball()
+    other = bpy.data.scenes.new("Other")
+    assert len(look().lines.ends)
+    assert "no visible mesh" in live_look.Look(other).sentence
+    assert len(live_look._kept) == 2
+
+
+# ---------------------------------------------------------------- the handle
+
+
+def test_rays_start_from_the_handle_along_its_arrow(scene, press):
+    a_ball()
+    scene.nim_rays.source = "SIDE"
+    side = look()
+    press("nim.light_handle")
+    handle = scene.nim_rays.handle
+    assert scene.nim_rays.source == "HANDLE" and bpy.context.view_layer.objects.active == handle
+    # where they started, and along the same way
+    np.testing.assert_allclose(look().lines.ends, side.lines.ends, atol=1e-4)
+    handle.matrix_world = Matrix.Translation((0, 0, 4)) @ Euler((math.pi, 0, 0)).to_matrix().to_4x4()
+    starts = look().traced[0].paths
+    first = starts.depth == 0
+    np.testing.assert_allclose(starts.direction[first], np.tile((0, 0, -1), (9, 1)), atol=1e-6)
+    np.testing.assert_allclose(starts.start[first].mean(axis=0), (0, 0, 4), atol=1e-6)
+    assert np.ptp(starts.start[first], axis=0)[0] > 1  # side by side along its X axis
+    handle.scale = (5, 5, 5)
+    np.testing.assert_allclose(look().traced[0].paths.start, starts.start, atol=1e-4)
+    # curves start there as well
+    press("nim.light_paths")
+    np.testing.assert_allclose(drawn(Kind.INCIDENT)[0][:, 0], starts.start[first], atol=1e-4)
+
+
+def test_a_handle_that_is_deleted_is_added_anew(scene, press):
+    a_ball()
+    press("nim.light_handle")
+    press("nim.light_handle")
+    handle = scene.nim_rays.handle
+    assert [obj for obj in scene.objects if obj.type == "EMPTY"] == [handle]
+    scene.collection.objects.unlink(handle)  # as Delete does it, while the scene still points to it
+    assert "no handle" in look().sentence
+    press("nim.light_handle")
+    assert scene.nim_rays.handle != handle and look().sentence is None
+
+
+def test_without_any_interface_a_handle_is_put_at_the_cursor(scene, press):
+    scene.cursor.location = (1, 2, 3)
+    press("nim.light_handle")
+    np.testing.assert_allclose(scene.nim_rays.handle.matrix_world.translation, (1, 2, 3))
+
+
+# ---------------------------------------------------------------- off
+
+
+def test_off_leaves_nothing_registered(scene):
+    a_ball()
+    look()
+    ours = {handler for _, handler in light_live.HANDLERS_WHILE_ON}
+
+    def registered():
+        return [
+            one for name in dir(bpy.app.handlers) for one in as_list(getattr(bpy.app.handlers, name)) if one in ours
+        ]
+
+    def as_list(handlers):
+        return handlers if isinstance(handlers, list) else []
+
+    assert len(registered()) == len(light_live.HANDLERS_WHILE_ON)
+    light_live.stop()
+    assert not registered() and not live_look._kept and not light_live.is_on()
+    # what was asked for before
+    live_look.LOOKS.renew(scene.session_uid)
+    assert live_look.LOOKS.last(scene) is None
+
+
+def test_another_file_ends_it(scene):
+    a_ball()
+    look()
+    bpy.ops.wm.read_homefile()
+    assert not light_live.is_on() and not live_look._kept
+
+
+def test_without_a_window_it_cannot_be_switched_on_and_says_why(addon, press):
+    with pytest.raises(RuntimeError, match="need a Blender with a window"):
+        press("nim.light_paths_live")
+    assert not light_live.is_on()
+
+
+def test_nothing_of_the_gpu_is_imported_without_a_window():
+    code = "import sys, bpy, nim_addon; nim_addon.register(); print(any('live_views' in name for name in sys.modules))"
+    code += "; sys.stdout.flush(); import os; os._exit(0)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.stdout.split()[-1] == "False", done.stderr

@@ -218,33 +218,35 @@ class Kept:
     Whoever keeps one tells it by changed() of all that depsgraphs update, and forgets it with the file, or with its state.
     A mesh is known by its address, which another one may have only after such an update.
 
-    largest: meshes of more faces are left out; trees: how many were made
+    largest: meshes of more faces are left out
+    trees:   how many were made
+    meshes:  that are known, by their addresses
     """
 
     def __init__(self, largest: float = np.inf):
         self.largest, self.trees = largest, 0
-        self._meshes, self._used = {}, set()
+        self.meshes, self._used = {}, set()
 
     def mesh(self, surface: Shown, depsgraph: bpy.types.Depsgraph) -> _Mesh:
         """The mesh of what is shown, as it was read before if it was."""
         key, data = surface.mesh.as_pointer(), surface.mesh
-        known = self._meshes.get(key)
+        known = self.meshes.get(key)
         if known is None or known.counts != _counts(data):
-            known = self._meshes[key] = _Mesh(data, self)
+            known = self.meshes[key] = _Mesh(data, self)
         known.stands_in(surface, depsgraph)
         self._used.add(key)
         return known
 
     def leave_unused(self) -> None:
         """Forget the meshes that have not been asked for since the last time."""
-        self._meshes = {key: mesh for key, mesh in self._meshes.items() if key in self._used}
+        self.meshes = {key: mesh for key, mesh in self.meshes.items() if key in self._used}
         self._used = set()
 
     def changed(self, update: bpy.types.DepsgraphUpdate) -> None:
         """Forget what a depsgraph's update says is another shape now."""
         if update.is_updated_geometry:
             uid = update.id.original.session_uid
-            self._meshes = {key: mesh for key, mesh in self._meshes.items() if uid not in mesh.owners}
+            self.meshes = {key: mesh for key, mesh in self.meshes.items() if uid not in mesh.owners}
 
 
 def _counts(data):

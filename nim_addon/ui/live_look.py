@@ -23,7 +23,7 @@ FEWEST = 12  # rays that are left then
 STILL = 0.3  # seconds after which nothing follows
 
 on = False  # set by light_live
-_kept = {}  # by the session_uid of a scene: what it was read from, and its Kept
+known_meshes = {}  # by the session_uid of a scene: what it was read from, and its Kept
 
 
 class Look:
@@ -53,9 +53,9 @@ class Look:
     def _trace(self, scene, settings):
         layer = _layer(scene)
         depsgraph = layer.depsgraph
-        source, kept = depsgraph.as_pointer(), _kept.get(scene.session_uid)
+        source, kept = depsgraph.as_pointer(), known_meshes.get(scene.session_uid)
         if kept is None or kept[0] != source:
-            kept = _kept[scene.session_uid] = source, Kept(LARGEST)
+            kept = known_meshes[scene.session_uid] = source, Kept(LARGEST)
         surfaces, before = surfaces_of(scene, depsgraph, kept[1]), kept[1].trees
         there = SimpleNamespace(
             scene=scene,
@@ -157,7 +157,7 @@ def note_change(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = 
     """Called by Blender after a change: the paths may no longer be so."""
     LOOKS.outdate()
     for update in depsgraph.updates if depsgraph else ():
-        for _, kept in _kept.values():
+        for _, kept in known_meshes.values():
             kept.changed(update)
     for shown in {window.scene for window in bpy.context.window_manager.windows}:
         deferred.do(LOOKS.renew, shown.session_uid)
@@ -167,4 +167,4 @@ def note_change(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = 
 def forget(*_) -> None:
     """Called by Blender: it is another state of the file."""
     LOOKS.forget()
-    _kept.clear()
+    known_meshes.clear()

@@ -13,6 +13,7 @@ import bpy
 import numpy as np
 
 from .. import caustics
+from ..caustics.digest import LAMP_PROPERTIES
 from ..cycles.nodes import uses_nodes
 from ..scenes import stage as stages
 
@@ -21,9 +22,22 @@ BUILT = "nim_built"  # a custom property of the scene
 RENDER = ("engine", "resolution_x", "resolution_y")
 VIEW = ("view_transform", "look", "exposure", "gamma")
 OBJECT = ("matrix_basis", "hide_render", "hide_viewport", "pass_index", "color")
-PLAIN = ("BOOLEAN", "INT", "FLOAT", "STRING", "ENUM")
-# What says nothing of how data looks.
-NO_LOOK = {"name", "name_full", "users", "tag", "is_editable", "session_uid"}
+# And of what objects use, whichever has it: a lamp, a camera, a material, a sky.
+DATA = (
+    *LAMP_PROPERTIES,
+    *(
+        "lens",
+        "sensor_fit",
+        "sensor_width",
+        "sensor_height",
+        "shift_x",
+        "shift_y",
+        "clip_start",
+        "clip_end",
+        "ortho_scale",
+    ),
+    *("diffuse_color", "displacement_method", "volume_intersection_method", "pass_index"),
+)
 
 
 def remember(scene: bpy.types.Scene, of: Mapping[str, str]) -> None:
@@ -91,7 +105,7 @@ def _of(data):
         places = np.empty(3 * len(data.vertices), np.float32)
         data.attributes["position"].data.foreach_get("vector", places)
         return len(data.polygons), hashlib.sha256(places.data).hexdigest()
-    found = [_values(data)]
+    found = [_values(data, DATA)]
     if not isinstance(data, bpy.types.Camera) and uses_nodes(data):
         for node in data.node_tree.nodes:
             found.append([node.name, node.bl_idname, node.mute, node.type == "GROUP" and _name(node.node_tree)])
@@ -102,12 +116,9 @@ def _of(data):
     return found
 
 
-def _values(owner, names=()):
-    """The plain values of Blender's data, all of them if none are named."""
-    if not names:
-        names = [prop.identifier for prop in owner.bl_rna.properties if prop.type in PLAIN and not prop.is_readonly]
-        names = [name for name in names if name not in NO_LOOK]
-    return [_plain(getattr(owner, name)) for name in names]
+def _values(owner, names):
+    """The plain values of Blender's data by their names, None where it has none of such a name."""
+    return [_plain(getattr(owner, name, None)) for name in names]
 
 
 def _plain(value):

@@ -56,7 +56,6 @@ class NIM_OT_spectral(bpy.types.Operator):
                 self.report({"INFO"}, told(done))
         if scene.get(STAGE_MARK):  # one of our own scenes, which is built anew as it is now
             scene.nim_scenes.spectral = spectral.is_spectral(scene)
-        warnings.forget()
         return {"FINISHED"}
 
 

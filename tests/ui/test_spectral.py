@@ -132,3 +132,41 @@ def test_what_was_done_is_known_after_a_file_is_loaded(material, press, panel, t
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "a.blend"))
     assert spectral.done(bpy.context.scene) == (1, 0, True)
     assert "lamps 1, materials 0, sky: yes" in panel().text
+
+
+def test_what_was_said_of_one_wavelength_is_gone_as_soon_as_the_button_is_pressed(material, press):
+    """Blender tells of no change that a driver or a property of the scene makes, so the button tells by itself."""
+    from nim_addon.ui import warnings
+
+    material.nim.medium_inside = "n-bk7"
+    bpy.context.view_layer.update()
+    scene = bpy.context.scene
+    assert "one_wavelength" in [problem.code for problem in warnings.known(scene).problems]
+    bpy.ops.nim.spectral()
+    assert "one_wavelength" not in [problem.code for problem in warnings.known(scene).problems]
+    bpy.ops.nim.spectral()
+    assert "one_wavelength" in [problem.code for problem in warnings.known(scene).problems]
+
+
+@pytest.fixture
+def without_cycles(material):
+    """The scene with Cycles switched off, as in the preferences."""
+    import addon_utils
+
+    addon_utils.disable("cycles")
+    assert not hasattr(bpy.context.scene, "cycles")
+    yield bpy.context.scene
+    addon_utils.enable("cycles")
+
+
+def test_without_cycles_the_button_and_the_checks_say_so(without_cycles, press, panel):
+    from nim_addon import checks
+    from nim_addon.ui import warnings
+
+    with pytest.raises(RuntimeError, match="Cycles is switched off in the preferences"):
+        press("nim.spectral")
+    panel()
+    warnings.forget()
+    found = warnings.found(without_cycles)
+    assert [problem.code for problem in found] == ["engine"] == [p.code for p in checks.problems(without_cycles)]
+    assert found[0].sentence.startswith("Cycles is switched off") and found[0].remedy is None

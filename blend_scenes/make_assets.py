@@ -3,7 +3,7 @@
 
 Materials, objects and the node group, all in Blender's own nodes, so that any build and device can render them. The
 catalogs are those of blender_assets.cats.txt beside it. Each preview is a render of the sphere scene's ground and sky
-with the asset on it: some minutes in all.
+with the asset on it, of graded balls in the ball scene's garden: some minutes in all.
 """
 
 import os
@@ -29,6 +29,7 @@ from nim_addon.physics import MEDIA
 from nim_addon.physics.graded import Profile
 from nim_addon.physics.lenslet import LensletWindow
 from nim_addon.physics.uniaxial import UniaxialSlab
+from nim_addon.scenes import ball as ball_scene
 from nim_addon.scenes import shapes, sphere, surfaces
 from nim_addon.scenes.stage import Stage
 
@@ -117,15 +118,32 @@ def things(stage, material):
     faces = [(0, 1, 2), (5, 4, 3), (0, 3, 4, 1), (1, 4, 5, 2), (2, 5, 3, 0)]
     prism = stage.mesh("NIM Prism", np.concatenate(ends), faces, material, location=(0, 0, 0.001))
     prism.rotation_euler.z = 0.6
-    balls = [
-        (sphere.ball(stage, name, (0, 0, 1.001), 1.0, graded_ball_material(name, profile, backend="nodes")), what)
-        for name, profile, what in BALLS
-    ]
     return (
         (ball, "A sphere of 2 m, round at every distance: a lens that turns the picture and focuses within itself"),
         (slab, "A slab 0.5 m thick: shifts a beam to the other side, and refocuses what stands close to it"),
         (prism, "A prism of three equal sides of 2 m: sends light to the side that glass does not"),
-        *balls,
+    )
+
+
+def garden():
+    """The stage that graded balls are shown on: the ball scene's garden, with something to see behind the camera too."""
+    stage = Stage("assets garden", (SIZE, SIZE), "nodes")
+    ball_scene.garden(stage)
+    parameters = ball_scene.BallParameters()
+    stage.world(
+        surfaces.sky("Garden Sky", ball_scene.HORIZON, ball_scene.ZENITH, glow=ball_scene.sun(parameters)), aim=256
+    )
+    stage.camera((0, -7.0, 1.9), (0, 0, 1.02), 19)
+    stage.scene.cycles.samples = 2 * SAMPLES
+    stage.scene.cycles.use_denoising = True
+    return stage
+
+
+def balls(stage):
+    """Graded balls, as things() has its objects."""
+    return tuple(
+        (sphere.ball(stage, name, (0, 0, 1.001), 1.0, graded_ball_material(name, profile, backend="nodes")), what)
+        for name, profile, what in BALLS
     )
 
 
@@ -146,6 +164,20 @@ def panes(stage):
         (window, "A window of lenslets of eta -1: what is behind it floats before it, upright and larger"),
         (slab, "A slab of permittivity 2 across and -3 along its normal: all is seen twice, once bent backwards"),
     )
+
+
+def pictured(stage, shown, catalog):
+    """Make assets of objects on a stage, each with a picture of it alone there; returns the objects."""
+    for thing, description in shown:
+        for other, _ in shown:
+            other.hide_render = other is not thing
+        mark(thing, catalog, description, ("NIM", "shape"), picture(stage.scene))
+    for thing, _ in shown:
+        thing.hide_render = False
+        thing.rotation_euler.z = 0
+        for key in list(thing.keys()):  # the stage's mark: it is on none now
+            del thing[key]
+    return [thing for thing, _ in shown]
 
 
 def main(folder):
@@ -179,16 +211,9 @@ def main(folder):
     # something to see through flat faces
     sphere.ball(stage, "Red", (0.5, 2.2, 0.6), 0.6, surfaces.plain("Red", (0.75, 0.03, 0.02)))
     stage.camera((0, -7.0, 2.6), (0, 0, 0.8), 26)
-    for thing, description in shown:
-        for other, _ in shown:
-            other.hide_render = other is not thing
-        mark(thing, catalog["Objects"], description, ("NIM", "shape"), picture(stage.scene))
-        made.append(thing)
-    for thing, _ in shown:
-        thing.hide_render = False
-        thing.rotation_euler.z = 0
-        for key in list(thing.keys()):  # the stage's mark: it is on none now
-            del thing[key]
+    made += pictured(stage, shown, catalog["Objects"])
+    stage = garden()
+    made += pictured(stage, balls(stage), catalog["Objects"])
     with tempfile.TemporaryDirectory() as work, quiet():
         file = Path(work, "nim_assets.blend")
         bpy.data.libraries.write(str(file), set(made), fake_user=True, compress=True)

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import bpy
 from numpy.typing import ArrayLike
 
-from ..cycles.closures import GRADED_BALL, INTERFACE, LENSLET_WINDOW, UNIAXIAL_SLAB, closure_of_node
+from ..cycles.closures import GRADED_BALL, GRADED_CORE, INTERFACE, LENSLET_WINDOW, UNIAXIAL_SLAB, closure_of_node
 from ..cycles.closures.closure import Closure, handles
 from ..cycles.closures.interface import Optics
 from ..cycles.lenslets import window_of
@@ -21,15 +21,12 @@ from ..cycles.nodes import Nodes, empty_tree
 from ..cycles.object_values import attributes_of, carry
 from ..cycles.visibility import asked, has_nodes, is_interface, value_of
 from ..physics import REPRESENTATIVE_NM, Interface
+from .counting import POWER, WHITE, around_a_core, at_lenslets, count, fed, switch
 
-# Within a medium light is counted for less (photons.Tracer). The share of a crossing, (n_i / n_t)^2, travels as a colour
-# (1, 2 - s, s), which must stay positive and of mean 1, so that no path changes: s is the share to a small power.
-POWER = 0.05
-WHITE = (1.0, 1.0, 1.0)
 SHINY = 0.003  # Cycles takes a rougher closure as not quite a mirror, and finds lamps in it
 LOSSES = ("Extinction", "Permeability Loss", "Absorption")  # of an interface, by which it takes light
-# closures that take light from vacuum to vacuum and, but for their tint and losses, do the same to photons
-CARRIERS = (GRADED_BALL, LENSLET_WINDOW, UNIAXIAL_SLAB)
+# closures that, but for their tint and losses and for what is counted, do the same to photons
+CARRIERS = (GRADED_BALL, GRADED_CORE, LENSLET_WINDOW, UNIAXIAL_SLAB)
 THROUGH = "Through"  # the socket of the photons' interface for a factor on what passes, not on what is reflected
 DIFFUSE = {"BSDF_DIFFUSE", "EEVEE_SPECULAR", "SUBSURFACE_SCATTERING", "BSDF_TRANSLUCENT"}
 MIRRORS = {"BSDF_GLOSSY", "BSDF_GLASS", "BSDF_REFRACTION"}
@@ -67,7 +64,8 @@ class Bending:
         self.shares: set[float | Interface | None] = set()
         self.tinted = False
         self._effects: dict[str | None, Effect] = {}
-        self.group, self._window = self._optics(), None
+        self._groups: dict[Closure, bpy.types.NodeTree] = {}
+        self.group = self._optics()
         self.dark = bpy.data.materials.new("NIM dark")
         nodes = Nodes(empty_tree(self.dark))
         nodes.end(nodes.add("ShaderNodeHoldout"))
@@ -142,12 +140,13 @@ class Bending:
     def _carry(self, carrier, node, path):
         """Let one of CARRIERS be of nodes, and its tint and losses count only while the photons' colours are asked for."""
         window = window_of(node, path) if carrier is LENSLET_WINDOW else None
-        if carrier is not LENSLET_WINDOW or (window and window.keeps_solid_angle):
+        if carrier is GRADED_CORE:
+            node.node_tree = self._counted(carrier, around_a_core)
+        elif carrier is not LENSLET_WINDOW or (window and window.keeps_solid_angle):
             node.node_tree = carrier.group("nodes")
             self.shares.add(1.0)
         else:
-            node.node_tree = self._window = self._window or self._stretching()
-            self.shares.add(None)
+            node.node_tree = self._counted(carrier, at_lenslets)
         nodes = Nodes(node.id_data)
         if "Tint" in node.inputs:
             tint = node.inputs["Tint"]
@@ -158,27 +157,13 @@ class Bending:
             self.tinted |= value_of(losses, path) != 0.0
             nodes.feed(losses, nodes.math("MULTIPLY", fed(losses), switch(nodes, "tinted")))
 
-    def _stretching(self):
-        """The group of a window of lenslets, of which a crossing counts as it stretches the solid angle of light.
-
-        By (cos_t / cos_i)^4 / |eta_u eta_v| from in front, since cos d omega is cos^4 of the area of slopes: so much more or less
-        light falls on what is behind it, seen through which everything is as bright as without it.
-        """
-        group = LENSLET_WINDOW.new_copy("NIM photons at lenslets")
-        nodes, portal = Nodes(group), handles(group)["portal"]
-        geometry, entry = nodes.add("ShaderNodeNewGeometry").outputs, nodes.add("NodeGroupInput").outputs
-        cosines = [
-            nodes.add("ShaderNodeVectorMath", operation="DOT_PRODUCT", inputs={0: one, 1: geometry["True Normal"]})
-            for one in (fed(portal.inputs["Direction"]), geometry["Incoming"])
-        ]
-        ratio = nodes.math("ABSOLUTE", nodes.math("DIVIDE", *(cosine.outputs["Value"] for cosine in cosines)))
-        eta = nodes.math("ABSOLUTE", nodes.math("MULTIPLY", entry["Eta U"], entry["Eta V"]))
-        exponent = nodes.math("MULTIPLY_ADD", geometry["Backfacing"], 2 * POWER, -POWER)
-        share = nodes.math("MULTIPLY", nodes.math("POWER", ratio, 4 * POWER), nodes.math("POWER", eta, exponent))
-        color = portal.inputs["Color"]
-        nodes.feed(color, nodes.mix(switch(nodes, "counted"), fed(color), _count(nodes, share)))
-        self.trees.append(group)
-        return group
+    def _counted(self, carrier, make):
+        """The group of a closure whose crossings count, made on first use."""
+        self.shares.add(None)
+        if carrier not in self._groups:
+            self._groups[carrier] = make()
+            self.trees.append(self._groups[carrier])
+        return self._groups[carrier]
 
     def _vitrify(self, glass, path):
         """Put our interface, whose crossings are counted, in the place of a Glass or Principled BSDF: they are the same."""
@@ -215,8 +200,8 @@ class Bending:
                 self.shares.add(round(number**-2, 9) if number else None)
                 back = nodes.add("ShaderNodeNewGeometry").outputs["Backfacing"]
                 exponent = nodes.math("MULTIPLY_ADD", back, 4 * POWER, -2 * POWER)
-                count = _count(nodes, nodes.math("POWER", ior, exponent))
-                color = nodes.mix(switch(nodes, "counted"), color, count)
+                told = count(nodes, nodes.math("POWER", ior, exponent))
+                color = nodes.mix(switch(nodes, "counted"), color, told)
             nodes.feed(node.inputs[name], color)
         if metal:
             _unlinked(node.inputs["Emission Strength"]).default_value = 0.0
@@ -239,8 +224,8 @@ class Bending:
         tint = optics.reflected.inputs["Color"].links[0].from_socket
         through = nodes.vector("MULTIPLY", tint, nodes.add("NodeGroupInput").outputs[THROUGH])
         reflected, passed = (nodes.mix(switch(nodes, "tinted"), WHITE, color) for color in (tint, through))
-        count = _count(nodes, nodes.math("POWER", optics.q_squared.outputs[0], POWER))
-        counted = nodes.mix(switch(nodes, "counted"), passed, count)
+        told = count(nodes, nodes.math("POWER", optics.q_squared.outputs[0], POWER))
+        counted = nodes.mix(switch(nodes, "counted"), passed, told)
         nodes.feed(optics.reflected.inputs["Color"], reflected)
         for node in (optics.refraction, optics.portal):
             nodes.feed(node.inputs["Color"], counted)
@@ -405,25 +390,6 @@ def own_groups(tree: bpy.types.NodeTree) -> list[bpy.types.NodeTree]:
 # ------------------------------------------------------------------------------------------------ nodes
 
 
-def switch(nodes: Nodes, name: str) -> bpy.types.NodeSocket:
-    """The output of a tree's Value node that Bending.set() finds by that name, made where there is none."""
-    name = f"NIM {name}"
-    node = nodes.tree.nodes.get(name)
-    if node is None:
-        node = nodes.add("ShaderNodeValue")
-        node.name = name
-        node.outputs[0].default_value = 0.0
-    return node.outputs[0]
-
-
-def fed(socket: bpy.types.NodeSocket) -> Any:
-    """What feeds an input: the output that is linked to it, or its value, a float or a tuple of them."""
-    if socket.is_linked:
-        return socket.links[0].from_socket
-    value = socket.default_value
-    return value if isinstance(value, float) else tuple(value)
-
-
 def _unlinked(socket):
     """That input, linked to nothing."""
     for link in list(socket.links):
@@ -434,9 +400,3 @@ def _unlinked(socket):
 def _is_white(socket, path):
     value = value_of(socket, path)
     return value is not None and value[:3] == WHITE
-
-
-def _count(nodes, power):
-    """The colour that counts a crossing whose share has that POWER."""
-    rest = nodes.math("SUBTRACT", 2.0, power)
-    return nodes.add("ShaderNodeCombineXYZ", inputs={0: 1.0, 1: rest, 2: power}).outputs[0]

@@ -30,7 +30,8 @@ from ..physics import REPRESENTATIVE_NM
 from ..physics.colour import Wavelengths
 from . import atlas, lights
 from .atlas import Chart, Part
-from .bending import POWER, WHITE, Bending, share_of, switch
+from .bending import Bending, share_of
+from .counting import POWER, WHITE, switch
 
 PLACE_ATTRIBUTE = "nim_place"  # of the corners of the meshes that light lands on: Tracer._mark()
 # The collections of bpy.data of what a Tracer makes.

@@ -18,7 +18,8 @@ from ..cycles.packed import packed_image, remember
 from ..cycles.visibility import CAUSTICS_HIDDEN, CAUSTICS_MARK, asked, has_nodes
 from . import lights
 from .atlas import Chart, Part
-from .bending import fed, kind_of, lands, own_groups
+from .bending import kind_of, lands, own_groups
+from .counting import fed
 from .density import LEVELS, Texture
 from .digest import OBJECT_PROPERTIES
 from .photons import PLACE_ATTRIBUTE, set_materials

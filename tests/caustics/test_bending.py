@@ -9,12 +9,13 @@ import pytest
 
 from nim_addon.caustics.lights import Sun
 from nim_addon.caustics.photons import Tracer
-from nim_addon.cycles.graded import graded_ball_material
+from nim_addon.cycles.graded import graded_ball_material, graded_core_material
 from nim_addon.cycles.material import NODE_NAME, interface_material, interface_node
 from nim_addon.cycles.nodes import Nodes, empty_tree
 from nim_addon.physics import Interface, Medium
 from nim_addon.physics.graded import Profile
-from nim_addon.scenes import shapes
+from nim_addon.scenes import shapes, surfaces
+from nim_addon.scenes.sphere import ball
 from tests.caustics.rig import landed_of, over_floor
 
 SIDE = 64
@@ -298,6 +299,23 @@ def test_what_a_core_takes_does_not_land(empty_file):
     scene = scene_of(graded_ball("magnifier", core=0.5, surface="black"), round_ball())
     place, power = landed(scene)
     assert power.sum() == 0 or np.hypot(*place.T).min() > 0.98
+
+
+@pytest.mark.parametrize("backend", ["osl", "nodes"])
+@pytest.mark.parametrize("device, core", [("magnifier", 0.5), ("luneburg", 0.4)])
+def test_light_on_a_core_counts_as_within_the_medium_there(device, core, backend, empty_file):
+    """What comes to it is less by n^2 of the shell there; what passes it has crossed nothing."""
+    profile = Profile(device, core=core, surface="textured")
+    stage = over_floor(graded_core_material("Ball", profile, backend=backend), round_ball())
+    bpy.data.objects["Surface"].location.z = 0.5
+    ball(stage, "Core", (0, 0, 0.5), core, surfaces.plain("Core", (0.5, 0.5, 0.5)))
+    names, landed = landed_of(stage.scene, DOWN, SIDE**2, 4)
+    power = landed.power[:, 0] * landed.share / 4
+    n = float(profile.index(np.array([core]))[0])
+    least = min(abs(n) * core, 1.0)  # p from which on light passes the core
+    assert power[names == "Core"].sum() == pytest.approx(math.pi * least**2 / n**2, rel=2e-2)
+    assert power[names == "Floor"].sum() == pytest.approx(math.pi * (1 - least**2), rel=3e-2, abs=1e-3)
+    assert not any("photons" in tree.name for tree in bpy.data.node_groups)
 
 
 def test_a_ball_that_scatters_too_is_refused(empty_file, one_sentence):

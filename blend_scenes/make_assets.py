@@ -97,7 +97,7 @@ def mark(data, catalog, description, tags, pixels):
     data.use_fake_user = True
     data.asset_mark()
     about = data.asset_data
-    about.catalog_id, about.description, about.license = catalog, description, "GPL-3.0-or-later"
+    about.catalog_id, about.description, about.license = catalog, description, "CC0-1.0"
     for tag in ("negative index", *tags):
         about.tags.new(tag, skip_if_exists=True)
     preview = data.preview_ensure()

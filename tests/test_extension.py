@@ -3,6 +3,8 @@
 
 import importlib.util
 import os
+import re
+import shutil
 import subprocess
 import sys
 import tomllib
@@ -131,6 +133,7 @@ def test_package_holds_what_it_needs(zipped):
     names = zipfile.ZipFile(zipped).namelist()
     for needed in (
         "LICENSE",
+        "assets/CC0-1.0.txt",
         "locale/es.po",
         "osl/nim_interface.osl",
         "assets/closures.blend",
@@ -140,6 +143,86 @@ def test_package_holds_what_it_needs(zipped):
         assert needed in names
     assert not [name for name in names if "__pycache__" in name or name.endswith((".blend1", ".whl"))]
     assert zipped.stat().st_size < 3_000_000
+
+
+# ------------------------------------------------------------------------------------------------ what is packed
+
+
+def git(folder, *words):
+    subprocess.run(["git", "-c", "user.name=a", "-c", "user.email=b", *words], cwd=folder, check=True)
+
+
+@pytest.fixture
+def repository(tmp_path, monkeypatch):
+    """A small repository that is packed in the place of this one."""
+    for file in ("nim_addon/__init__.py", "nim_addon/ui/a.py", "osl/nim.osl", "tools/x.py", "LICENSE", ".gitignore"):
+        (tmp_path / file).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / file).write_text("*.pyc\n" if file == ".gitignore" else "one\n")
+    shutil.copy(ROOT / "nim_addon" / "blender_manifest.toml", tmp_path / "nim_addon")
+    for name in ("publisher.py", "publisher.toml"):
+        shutil.copy(ROOT / "tools" / name, tmp_path / "tools")
+    git(tmp_path, "init", "--quiet")
+    git(tmp_path, "add", ".")
+    monkeypatch.setattr(build, "ROOT", tmp_path)
+    return tmp_path
+
+
+def staged(repository):
+    """What would be packed of a repository: the files' names."""
+    folder = repository / "staged"
+    shutil.rmtree(folder, ignore_errors=True)
+    build.stage(folder)
+    return {file.relative_to(folder).as_posix() for file in folder.rglob("*") if file.is_file()}
+
+
+def test_only_what_git_knows_is_packed_as_it_is_now(repository, capsys):
+    packed = {"__init__.py", "ui/a.py", "osl/nim.osl", "LICENSE", "blender_manifest.toml"}
+    assert staged(repository) == packed
+    for stray in ("notes.txt", "ui/b.pyc", "wheels/thing.whl", "ui/a file.py"):
+        (repository / "nim_addon" / stray).parent.mkdir(exist_ok=True)
+        (repository / "nim_addon" / stray).write_text("stray\n")
+    (repository / "nim_addon" / "ui" / "a.py").write_text("two\n")
+    capsys.readouterr()
+    assert staged(repository) == packed
+    assert (repository / "staged" / "ui" / "a.py").read_text() == "two\n"
+    said = capsys.readouterr().err
+    assert "nim_addon/notes.txt is left out" in said and "ui/a file.py" in said and ".pyc" not in said
+    (repository / "nim_addon" / "ui" / "a.py").unlink()
+    with pytest.raises(build.SetupError, match=r"ui/a\.py is known to git and is not there"):
+        staged(repository)
+
+
+def test_nothing_is_packed_without_git(repository):
+    shutil.rmtree(repository / ".git")
+    with pytest.raises(build.SetupError, match="only what git knows is packed"):
+        staged(repository)
+
+
+def test_the_manifest_names_who_publishes(repository, capsys):
+    def manifest():
+        staged(repository)
+        return tomllib.loads((repository / "staged" / "blender_manifest.toml").read_text(encoding="utf-8"))
+
+    ours = tomllib.loads((ROOT / "nim_addon" / "blender_manifest.toml").read_text(encoding="utf-8"))
+    publisher = repository / "tools" / "publisher.toml"
+    publisher.write_text('maintainer = ""\nwebsite = ""\n')
+    assert manifest() == ours
+    assert capsys.readouterr().err.endswith("tools/publisher.toml names no maintainer and no website.\n")
+    publisher.write_text('maintainer = "Zoë \\\\ \\"Z\\" <z@host>"\nwebsite = "https://host/"\n', encoding="utf-8")
+    assert manifest() == ours | {"maintainer": 'Zoë \\ "Z" <z@host>', "website": "https://host/"}
+    assert not capsys.readouterr().err
+
+
+def test_the_manifest_says_what_is_done(zipped):
+    packed = zipfile.ZipFile(zipped)
+    manifest = tomllib.loads(packed.read("blender_manifest.toml").decode())
+    assert manifest["license"] == ["SPDX:GPL-3.0-or-later", "SPDX:CC0-1.0"] and "wheels" not in manifest
+    source = "\n".join(packed.read(name).decode() for name in packed.namelist() if name.endswith(".py"))
+    # what Blender's platform wants to be told, by what would do it
+    network = r"^\s*(?:import|from) (?:urllib\.request|requests|http|ssl|ftplib|distributed|dask_jobqueue)\b"
+    uses = {"clipboard": r"\.clipboard\b", "network": network}
+    used = {name for name, words in uses.items() if re.search(words, source, re.MULTILINE)}
+    assert set(manifest["permissions"]) == {"files"} | used
 
 
 @pytest.mark.parametrize("version", ["", "4.2", "5.0", "5.2"])

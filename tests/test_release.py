@@ -36,6 +36,8 @@ def copy(tmp_path):
     for name in ("build.py", "setup.py", "pyproject.toml", "LICENSE", "README.md", "CITATION.cff"):
         shutil.copy(ROOT / name, tmp_path)
     (tmp_path / "CHANGELOG.md").write_text(CHANGES)
+    for words in (["init", "--quiet"], ["add", "."]):
+        subprocess.run(["git", *words], cwd=tmp_path, check=True)
     return tmp_path
 
 

@@ -332,12 +332,15 @@ def package(python, rest):
     tool = subprocess.run([str(python), "-c", finder], stdout=subprocess.PIPE, text=True).stdout.strip().split("\n")[-1]
     if not tool.endswith(".py"):
         return complain("this Blender has no extension tool.", 1)
-    target = ROOT / "dist"
+    packing, target = part("tools/packing.py"), ROOT / "dist"
     target.mkdir(exist_ok=True)
     # built beside and renamed: two of these at once do not meet, and one that is stopped leaves no half zip
     with tempfile.TemporaryDirectory(prefix=".package-", dir=target) as work:
         staged, built = Path(work, "nim_addon"), Path(work, "built")
-        stage(staged)
+        try:
+            packing.stage(ROOT, staged)
+        except packing.Refusal as error:
+            return complain(str(error), 1)
         built.mkdir()
         code = run(python, tool, "validate", staged)
         code = code or run(python, tool, "build", "--source-dir", staged, "--output-dir", built)
@@ -345,41 +348,6 @@ def package(python, rest):
             os.replace(file, target / file.name)
             print(target / file.name)
     return code
-
-
-def stage(folder):
-    """Lay the extension's files into a folder: those that git knows, as they are now, and the manifest with its publisher."""
-    places = {"nim_addon": folder, "osl": folder / "osl", "LICENSE": folder}
-    for name in known_to_git(*places):
-        room, _, rest = name.partition("/")
-        target = places[room] / (rest or room)
-        target.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copy(ROOT / name, target)
-    manifest = folder / "blender_manifest.toml"
-    text = manifest.read_text(encoding="utf-8")
-    manifest.write_text(part("tools/publisher.py").signed(text, ROOT), encoding="utf-8", newline="\n")
-
-
-def known_to_git(*names):
-    """The files under those names that git knows; what else lies there and is not ignored is named, and left out."""
-
-    def listed(*options):
-        # whoever runs this may not be who owns the folder, as in a container
-        words = ["git", "-c", f"safe.directory={ROOT.as_posix()}", "ls-files", "-z", *options, "--", *names]
-        try:
-            done = subprocess.run(words, cwd=ROOT, capture_output=True, encoding="utf-8")
-        except OSError as error:
-            raise SetupError(f"only what git knows is packed, and git does not start: {error}.") from None
-        if done.returncode:
-            raise SetupError(f"only what git knows is packed, and git says: {last_line(done.stderr)}.")
-        return [name for name in done.stdout.split("\0") if name]
-
-    known = listed()
-    if gone := [name for name in known if not (ROOT / name).is_file()]:
-        raise SetupError(f"{gone[0]} is known to git and is not there: git rm it, or bring it back.")
-    for name in listed("--others", "--exclude-standard"):
-        print(f"build.py: {name} is left out: git does not know it.", file=sys.stderr)
-    return known
 
 
 def docs(python, rest):

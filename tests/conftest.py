@@ -14,6 +14,9 @@ for name, usual in (("SIGINT", signal.default_int_handler), ("SIGQUIT", signal.S
     if hasattr(signal, name) and signal.getsignal(getattr(signal, name)) is signal.SIG_IGN:
         signal.signal(getattr(signal, name), usual)
 
+# what tests start finds the package from any folder
+os.environ["PYTHONPATH"] = str(Path(__file__).parents[1])
+
 
 def pytest_sessionfinish(session, exitstatus):
     """Remember how it ended."""

@@ -20,6 +20,7 @@ ROOT = Path(__file__).parents[1]
 spec = importlib.util.spec_from_file_location("build", ROOT / "build.py")
 build = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(build)
+packing = build.part("tools/packing.py")
 
 INSTALL = """
 import contextlib, io, os, sys, time
@@ -61,6 +62,12 @@ with contextlib.redirect_stderr(said), contextlib.redirect_stdout(said):
     assert material.node_tree.nodes["NIM Interface"].inputs["Index Inside"].default_value == -1.5
     assert preferences.settings().bl_rna.identifier == "NIM_AP_preferences"
     assert bpy.ops.nim.register_assets() == {"FINISHED"} and assets.library()
+    # a second Blender has it by the name that it has here
+    from bl_ext.user_default.nim_addon.base import processes
+    words = ["fresnel", "--inside", "water", "--step", "90", "--csv"]
+    second = processes.second_blender("__main__", words, binary=bpy.app.binary_path, stdout=-1)
+    answer = second.stdout.read()
+    assert answer.startswith("theta_i,theta_t") and second.wait() == 0, answer
 
     bpy.ops.preferences.addon_disable(module=NAME)
     assert not traces(), ("left behind", traces())
@@ -153,17 +160,15 @@ def git(folder, *words):
 
 
 @pytest.fixture
-def repository(tmp_path, monkeypatch):
+def repository(tmp_path):
     """A small repository that is packed in the place of this one."""
     for file in ("nim_addon/__init__.py", "nim_addon/ui/a.py", "osl/nim.osl", "tools/x.py", "LICENSE", ".gitignore"):
         (tmp_path / file).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / file).write_text("*.pyc\n" if file == ".gitignore" else "one\n")
     shutil.copy(ROOT / "nim_addon" / "blender_manifest.toml", tmp_path / "nim_addon")
-    for name in ("publisher.py", "publisher.toml"):
-        shutil.copy(ROOT / "tools" / name, tmp_path / "tools")
+    shutil.copy(ROOT / "tools" / "publisher.toml", tmp_path / "tools")
     git(tmp_path, "init", "--quiet")
     git(tmp_path, "add", ".")
-    monkeypatch.setattr(build, "ROOT", tmp_path)
     return tmp_path
 
 
@@ -171,7 +176,7 @@ def staged(repository):
     """What would be packed of a repository: the files' names."""
     folder = repository / "staged"
     shutil.rmtree(folder, ignore_errors=True)
-    build.stage(folder)
+    packing.stage(repository, folder)
     return {file.relative_to(folder).as_posix() for file in folder.rglob("*") if file.is_file()}
 
 
@@ -188,13 +193,13 @@ def test_only_what_git_knows_is_packed_as_it_is_now(repository, capsys):
     said = capsys.readouterr().err
     assert "nim_addon/notes.txt is left out" in said and "ui/a file.py" in said and ".pyc" not in said
     (repository / "nim_addon" / "ui" / "a.py").unlink()
-    with pytest.raises(build.SetupError, match=r"ui/a\.py is known to git and is not there"):
+    with pytest.raises(packing.Refusal, match=r"ui/a\.py is known to git and is not there"):
         staged(repository)
 
 
 def test_nothing_is_packed_without_git(repository):
     shutil.rmtree(repository / ".git")
-    with pytest.raises(build.SetupError, match="only what git knows is packed"):
+    with pytest.raises(packing.Refusal, match="only what git knows is packed"):
         staged(repository)
 
 
@@ -223,6 +228,20 @@ def test_the_manifest_says_what_is_done(zipped):
     uses = {"clipboard": r"\.clipboard\b", "network": network}
     used = {name for name, words in uses.items() if re.search(words, source, re.MULTILINE)}
     assert set(manifest["permissions"]) == {"files"} | used
+
+
+def test_what_is_packed_changes_no_path_asks_for_itself_in_one_place_and_runs_no_other_program(zipped):
+    packed = zipfile.ZipFile(zipped)
+    source = {name: packed.read(name).decode() for name in packed.namelist() if name.endswith(".py")}
+
+    def where(words):
+        return {name for name, text in source.items() if re.search(words, text)}
+
+    assert not where(r"sys\.path|__path__|site-packages")
+    assert where("__file__") == {"base/shipped.py"}
+    # a second Blender, and what a queue has of its own nodes
+    assert where(r"subprocess\.(run|Popen|call|check_\w+)\(") == {"base/processes.py", "sweeps/cluster.py"}
+    assert not where(r"os\.(system|popen|exec\w+|spawn\w+)\(|\b(?<!\.)(exec|eval)\(|ensurepip|import pip\b")
 
 
 @pytest.mark.parametrize("version", ["", "4.2", "5.0", "5.2"])

@@ -7,28 +7,12 @@ import os
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import IO
 
-PACKAGE = Path(__file__).resolve().parents[1]
-# What the second process runs: a module of this package, until its standard input ends, as it does when the first
-# process ends or is killed. An interrupt then lets the module clear away what it has begun. What comes in before, the module
-# reads as its own standard input.
-CODE = """
-import os, runpy, signal, sys, threading, time
-inner, outer = os.pipe()
-sys.stdin = open(inner, encoding="utf-8")
-def end_with_parent():
-    while said := os.read(0, 65536):
-        os.write(outer, said)
-    signal.raise_signal(signal.SIGINT)
-    time.sleep(3)
-    os._exit(130)
-threading.Thread(target=end_with_parent, daemon=True).start()
-sys.path.insert(0, {folder!r})
-sys.argv = ["nimray", *sys.argv[sys.argv.index("--") + 1:]]
-runpy.run_module({module!r}, run_name="__main__")
-"""
+from .shipped import PACKAGE
+
+# where Blender looks for extensions with its factory settings, too
+REPOSITORIES = ("blender_org", "user_default", "system")
 
 
 def second_blender(
@@ -41,6 +25,8 @@ def second_blender(
 ) -> subprocess.Popen[str]:
     """Start a Blender that runs a module of this package, such as "command.job", and ends with this process.
 
+    It has this add-on enabled, by the name that it has here, and no other settings of a person's.
+
     words:       what the module finds in sys.argv[1:]
     binary:      bpy.app.binary_path; empty where Blender is a module of this Python
     stdout:      as subprocess.Popen takes it; of what it says on standard error, too
@@ -48,13 +34,17 @@ def second_blender(
     Its standard input is a pipe, which the module may read; the end of it ends the process. Raises OSError where it cannot
     be started.
     """
-    code = CODE.format(folder=str(PACKAGE.parent), module=f"{PACKAGE.name}.{module}")
+    code = f"from {PACKAGE}.base import second; second.main()"
+    extension, _, rest = PACKAGE.partition(".")
     if binary:
-        start = [binary, "--background", "--factory-startup", "--python-exit-code", "1", "--python-expr", code]
+        ours = rest.partition(".")[0] not in REPOSITORIES and extension == "bl_ext"
+        start = [binary, "--background", *([] if ours else ["--factory-startup"]), "--python-exit-code", "1"]
+        start += ["--addons", PACKAGE, "--python-expr", code]
     else:
-        start = [sys.executable, "-c", code]
+        # the name of an extension is one that Blender gives
+        start = [sys.executable, "-c", f"import bpy; {code}" if extension == "bl_ext" else code]
     return subprocess.Popen(
-        [*start, "--", *words],
+        [*start, "--", module, *words],
         stdin=subprocess.PIPE,
         stdout=stdout,
         stderr=subprocess.STDOUT,

@@ -8,15 +8,14 @@ from __future__ import annotations
 
 import functools
 import math
-from pathlib import Path
 
 import numpy as np
 
+from ..base.shipped import SPECTRA
 from .dispersion import REPRESENTATIVE_NM, VISIBLE_NM, Dispersion
 from .refractiveindex import curves, load
 from .spectra import Drude, Table, cauchy
 
-_DATA = Path(__file__).parent / "data"
 _MEASURED = ("water-daimon", "n-bk7", "n-sf11", "fused-silica", "diamond-peter", "silver", "gold")
 _NEGATIVE = ("nim-mirror", "nim-normal", "nim-causal", "fishnet")
 # The names, as a person writes them. `water` and `diamond` without more are the constants of the thesis.
@@ -32,7 +31,7 @@ _F_MICROMETRES, _C_MICROMETRES = 0.48613, 0.65627  # Fraunhofer's lines
 def named(name: str) -> Dispersion:
     """The medium of that name, one of DISPERSIVE; KeyError for another."""
     if name in _MEASURED:
-        return load(_DATA / f"{name}.yml", name)
+        return load(SPECTRA / f"{name}.yml", name)
     return {"nim-mirror": _mirror, "nim-normal": _normal, "nim-causal": _causal, "fishnet": _fishnet}[name]()
 
 
@@ -74,7 +73,7 @@ def _causal() -> Dispersion:
 
 def _fishnet() -> Dispersion:
     """Its wavelengths, 1200 to 1775 nm, on a straight line to those of VISIBLE_NM."""
-    parts, references = curves(_DATA / "fishnet.yml", "fishnet")
+    parts, references = curves(SPECTRA / "fishnet.yml", "fishnet")
     measured = parts["n"]
     assert isinstance(measured, Table)
     infrared = measured.wavelengths_nm

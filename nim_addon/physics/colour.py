@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-_DATA = Path(__file__).parent / "data"
+from ..base.shipped import SPECTRA
+
 # x, y of red, green and blue, and of white
 _PRIMARIES = ((0.64, 0.33), (0.30, 0.60), (0.15, 0.06))
 _WHITE = (0.3127, 0.3290)
@@ -48,7 +48,7 @@ def xyz_to_srgb(xyz: ArrayLike) -> NDArray:
 @functools.cache
 def _observer() -> tuple[NDArray, NDArray, NDArray]:
     """Wavelengths (N,), nm, colour-matching functions (N, 3), D65 (N,)."""
-    rows = np.loadtxt(_DATA / "cie-1931.csv", delimiter=",")
+    rows = np.loadtxt(SPECTRA / "cie-1931.csv", delimiter=",")
     return rows[:, 0], rows[:, 1:4], rows[:, 4]
 
 
@@ -196,7 +196,7 @@ def _nearest(ways: NDArray, left: NDArray, most: float) -> float:
 @functools.cache
 def _primaries() -> tuple[NDArray, NDArray]:
     """Wavelengths (N,), nm, and the spectra (N, 3) of red, green and blue."""
-    rows = np.loadtxt(_DATA / "srgb-basis.csv", delimiter=",")
+    rows = np.loadtxt(SPECTRA / "srgb-basis.csv", delimiter=",")
     return rows[:, 0], rows[:, 1:]
 
 

@@ -17,8 +17,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from ..base.processes import PACKAGE
-from . import worker
+from . import export, worker
 from .children import Outcome
 from .orders import Engine, Order, Watch
 
@@ -118,7 +117,7 @@ class Cluster:
             python=sys.executable,
             local_directory=tempfile.gettempdir(),
             log_directory=str(shared),
-            job_script_prologue=[f"export PYTHONPATH={PACKAGE.parent}${{PYTHONPATH:+:$PYTHONPATH}}"],
+            job_script_prologue=export.prologue(),
             job_extra_directives=self.options,
             scheduler_options={"dashboard_address": None},
             **security,

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shlex
 import sys
 from collections.abc import Sequence
@@ -12,7 +13,7 @@ from pathlib import Path
 import bpy
 
 from ..base.files import whole
-from ..base.processes import PACKAGE
+from ..base.shipped import PACKAGE
 from . import PLAN
 from .plan import Task
 
@@ -23,7 +24,19 @@ def command() -> list[str]:
     """The words that run `nimray` as it runs here."""
     if bpy.app.binary_path:
         return [bpy.app.binary_path, "--background", "--command", "nimray"]
-    return [sys.executable, "-m", PACKAGE.name]
+    return [sys.executable, "-m", PACKAGE]
+
+
+def found() -> dict[str, str]:
+    """The variables by which a job finds this package where this process did: none where it is installed."""
+    paths = os.environ.get("PYTHONPATH", "").split(os.pathsep)
+    found = os.pathsep.join(os.path.abspath(path) for path in paths if path)
+    return {"PYTHONPATH": found} if found else {}
+
+
+def prologue() -> list[str]:
+    """The lines of a shell that set found()."""
+    return [f"export {name}={shlex.quote(value)}${{{name}:+:${name}}}" for name, value in found().items()]
 
 
 def write(
@@ -49,9 +62,7 @@ def write(
 
 
 def _slurm(folder, count, chunk, options, words):
-    nimray = (
-        f"export PYTHONPATH={shlex.quote(str(PACKAGE.parent))}${{PYTHONPATH:+:$PYTHONPATH}}\n{shlex.join(command())}"
-    )
+    nimray = "\n".join([*prologue(), shlex.join(command())])
     plan = shlex.quote(str(folder / PLAN))
     more = "".join(f"#SBATCH {option}\n" for option in options)
     last = -(-count // chunk) - 1
@@ -78,10 +89,10 @@ def _slurm(folder, count, chunk, options, words):
 def _openjd(folder, count, chunk, words):
     run, *first = command()
     sweep = [*first, "sweep", "{{Param.Folder}}/" + PLAN]
-    environment = {"name": "Package", "variables": {"PYTHONPATH": str(PACKAGE.parent)}}
+    environments = [{"name": "Package", "variables": found()}] if found() else []
     step = {
         "name": "Render",
-        "stepEnvironments": [environment],
+        "stepEnvironments": environments,
         "parameterSpace": {
             "taskParameterDefinitions": [
                 {
@@ -98,7 +109,7 @@ def _openjd(folder, count, chunk, words):
     }
     collect = {
         "name": "Collect",
-        "stepEnvironments": [environment],
+        "stepEnvironments": environments,
         "dependencies": [{"dependsOn": "Render"}],
         "script": {"actions": {"onRun": {"command": run, "args": [*sweep, *words]}}},
     }

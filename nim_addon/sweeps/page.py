@@ -8,11 +8,12 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
+from ..base import shipped
 from ..base.files import whole
 
 FILE = "index.html"
 
-TEMPLATE = Path(__file__).with_suffix(".html")
+TEMPLATE = shipped.FOLDER / "sweeps" / "page.html"
 
 
 def write(

@@ -6,8 +6,10 @@ from pathlib import Path
 import bpy
 from bpy.app.translations import pgettext_rpt as rpt_
 
+from ..base import shipped
+
 NAME = "Negative-Index Materials"
-FOLDER = Path(__file__).resolve().parents[1] / "assets"
+FOLDER = shipped.ASSETS
 
 
 def library() -> bpy.types.UserAssetLibrary | None:

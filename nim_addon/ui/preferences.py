@@ -6,10 +6,10 @@ from types import SimpleNamespace
 import bpy
 
 from ..base.options import MOST_SAMPLES
+from ..base.shipped import PACKAGE
 from ..cycles import versions
 from . import blender_check
 
-PACKAGE = __package__.rpartition(".")[0]
 BACKENDS = (
     ("auto", "Automatic", "OSL where this Blender and the render device have it, else Blender's own nodes", "NONE", 0),
     ("osl", "OSL", "The closure written in the Open Shading Language", "NONE", 1),

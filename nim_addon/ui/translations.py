@@ -1,14 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The add-on's texts in other languages than English: a .po file each, in locale/."""
 
-from pathlib import Path
-
 import bpy
 
+from ..base.shipped import LOCALE, PACKAGE
 from . import po
 
-PACKAGE = __package__.rpartition(".")[0]
-LOCALE = Path(__file__).parents[1] / "locale"
 # Where Blender has a word of its own, that is shown: this context is for the few texts that its word does not fit.
 OWN = "NIM"
 CONTEXTS = (bpy.app.translations.contexts.default, bpy.app.translations.contexts.operator_default, OWN)

@@ -53,6 +53,7 @@ def test_every_asset_has_catalog_description_tags_and_preview(stored):
         about = data.asset_data
         assert about.catalog_id in catalogs, data.name
         assert about.description and len(about.tags) >= 2 and not about.author
+        assert about.license == "CC0-1.0", data.name
         width, height = data.preview.image_size
         assert width >= 128
         pixels = np.array(data.preview.image_pixels_float[:]).reshape(height, width, 4)

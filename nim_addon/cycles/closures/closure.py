@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import functools
 import hashlib
+import inspect
 import secrets
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import bpy
@@ -155,9 +155,9 @@ class Closure:
         facts = repr((self.shader, self.label, self.sockets, self.version, self.outputs))
         written = hashlib.sha256(facts.encode())
         try:
-            for file in (sys.modules[self.twin.__module__].__file__, formulas.__file__, nodes.__file__):
-                written.update(Path(str(file)).read_text(encoding="utf-8").encode())
-        except (OSError, AttributeError, KeyError):  # of a twin that is in no file: of this process alone
+            for module in (sys.modules[self.twin.__module__], formulas, nodes):
+                written.update(inspect.getsource(module).encode())
+        except (OSError, TypeError, KeyError):  # of a twin that is in no file: of this process alone
             return secrets.token_hex()[:60]
         return written.hexdigest()[:60]
 

@@ -7,11 +7,11 @@ import contextlib
 import hashlib
 import re
 from collections.abc import Iterable
-from pathlib import Path
 from typing import NamedTuple
 
 import bpy
 
+from ...base import shipped
 from ...base.files import temporary
 
 
@@ -25,12 +25,7 @@ class Compiled(NamedTuple):
 
 def source(shader: str) -> str:
     """The text of a shader of osl/: beside the package in a checkout, within it once installed."""
-    package = Path(__file__).resolve().parents[2]
-    for root in (package, package.parent):
-        path = root / "osl" / f"{shader}.osl"
-        if path.is_file():
-            return path.read_text(encoding="utf-8")
-    raise FileNotFoundError(f"osl/{shader}.osl is missing from this installation of nim_addon; install it again.")
+    return shipped.shader(shader).read_text(encoding="utf-8")
 
 
 def bytecode_of(shader: str, text: str) -> str:

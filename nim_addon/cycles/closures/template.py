@@ -11,14 +11,14 @@ from __future__ import annotations
 import contextlib
 import os
 from collections.abc import Mapping
-from pathlib import Path
 
 import bpy
 
 from ...base.files import temporary
+from ...base.shipped import ASSETS
 from ...base.streams import quiet
 
-SHIPPED = Path(__file__).resolve().parents[2] / "assets" / "closures.blend"
+SHIPPED = ASSETS / "closures.blend"
 _kept: dict[str, bytes] = {}
 _NAME = "group.blend"
 

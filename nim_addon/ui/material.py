@@ -11,7 +11,7 @@ from ..cycles.closures import INTERFACE
 from ..cycles.material import interface_nodes, osl_available, switch_backend
 from ..physics import Medium
 from ..physics.refractiveindex import SUFFIXES, load
-from . import curve, warnings
+from . import backends, curve, warnings
 from .material_media import medium_node_of, sockets_by_output
 from .material_values import (
     SYMBOLS,
@@ -195,9 +195,7 @@ def draw_backend(layout: bpy.types.UILayout, material: bpy.types.Material) -> No
     column.label(text="Rendered by")
     row = column.row(align=True)
     for choice, text in (("auto", "Auto"), ("osl", "OSL"), ("nodes", "Nodes")):
-        cell = row.row(align=True)
-        cell.enabled = choice != "osl" or osl_available()
-        button = cell.operator("nim.switch_backend", text=text, depress=choice == used)
+        button = backends.draw_cell(row, choice).operator("nim.switch_backend", text=text, depress=choice == used)
         button.material, button.backend = material.name, choice
 
 
@@ -233,10 +231,15 @@ class NIM_OT_switch_backend(bpy.types.Operator):
         description="What the optics are made of",
         items=(
             ("auto", "Auto", "OSL where the scene has it turned on and the device can run it, else nodes", "NONE", 0),
-            ("osl", "OSL", "The closure in the Open Shading Language", "NONE", 1),
+            ("osl", "OSL", backends.OSL, "NONE", 1),
             ("nodes", "Nodes", "The same optics in Blender's own nodes, for any build and device", "NONE", 2),
         ),
     )
+
+    @classmethod
+    def description(cls, context, properties):
+        """The tooltip: why it cannot be pressed, where that is so; else what Blender has of the class."""
+        return backends.why_not(properties.backend)
 
     @classmethod
     def poll(cls, context):
@@ -256,8 +259,7 @@ class NIM_OT_switch_backend(bpy.types.Operator):
             self.report({"ERROR"}, text.format(name=repr(self.material)))
             return {"CANCELLED"}
         if self.backend == "osl" and not osl_available():
-            text = pgettext_rpt("This Blender was built without OSL; choose nodes, or use a build from blender.org")
-            self.report({"ERROR"}, text)
+            self.report({"ERROR"}, pgettext_rpt(backends.OSL_MISSING))
             return {"CANCELLED"}
         used = backend_for(context.scene, self.backend)
         switch_backend(material, used)

@@ -8,11 +8,11 @@ import bpy
 from ..base.options import MOST_SAMPLES
 from ..base.shipped import PACKAGE
 from ..cycles import versions
-from . import blender_check
+from . import backends, blender_check
 
 BACKENDS = (
     ("auto", "Automatic", "OSL where this Blender and the render device have it, else Blender's own nodes", "NONE", 0),
-    ("osl", "OSL", "The closure written in the Open Shading Language", "NONE", 1),
+    ("osl", "OSL", backends.OSL, "NONE", 1),
     ("nodes", "Nodes", "The same optics in Blender's own nodes, for builds and devices without OSL", "NONE", 2),
 )
 DEFAULTS = {"backend": "auto", "samples": 128, "folder": ""}
@@ -49,7 +49,7 @@ class NIM_AP_preferences(bpy.types.AddonPreferences):
         column = layout.column()
         column.use_property_split = True
         column.use_property_decorate = False
-        column.row().prop(self, "backend", expand=True)
+        backends.draw_choice(column, self)
         column.prop(self, "samples")
         column.prop(self, "folder")
 

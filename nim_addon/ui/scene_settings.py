@@ -13,7 +13,7 @@ from ..physics import MEDIA, Medium
 from ..scenes import SCENES
 from ..scenes import stage as stages
 from ..scenes.parameters import Parameters
-from . import built, preferences
+from . import backends, built, preferences
 from .media import DISPERSIVE_TEXTS, numbers_of, plain
 from .translations import OWN
 
@@ -33,7 +33,7 @@ QUALITY_ITEMS = [
 BACKEND_ITEMS = [
     ("default", "Default", "As in the add-on's preferences", "NONE", 0),
     ("auto", "Automatic", "OSL where this Blender has it, else Blender's own nodes", "NONE", 1),
-    ("osl", "OSL", "The closure written in Open Shading Language", "NONE", 2),
+    ("osl", "OSL", backends.OSL, "NONE", 2),
     ("nodes", "Nodes", "Blender's own nodes, which run in any build", "NONE", 3),
 ]
 

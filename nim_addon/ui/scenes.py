@@ -11,7 +11,7 @@ from bpy.app.translations import pgettext_iface, pgettext_rpt
 
 from ..scenes import SCENES
 from ..scenes import stage as stages
-from . import built, standing, warnings
+from . import backends, built, standing, warnings
 from .panels import Sidebar, draw_sentence
 from .presets import MENUS
 from .scene_settings import (
@@ -281,7 +281,7 @@ class NIM_PT_scenes(Sidebar, bpy.types.Panel):
 
         column = layout.column()
         column.prop(settings, "quality")
-        column.prop(settings, "backend")
+        backends.draw_choice(column, settings)
         column.prop(settings, "spectral")
         if settings.problem:
             draw_sentence(layout, context, settings.problem, "ERROR")

@@ -252,6 +252,16 @@ def open_and_folded(panel: type[bpy.types.Panel]) -> tuple[type[bpy.types.Panel]
     return panel, type(content["bl_idname"], panel.__bases__, content)
 
 
+class NIM_MT_scene_backend(bpy.types.Menu):
+    """What the optics of the materials are made of"""
+
+    bl_idname = "NIM_MT_scene_backend"
+    bl_label = "Backend"
+
+    def draw(self, context):
+        backends.draw_items(self.layout, context.scene.nim_scenes)
+
+
 class NIM_PT_scenes(Sidebar, bpy.types.Panel):
     """Choose a scene, set it, build it."""
 
@@ -281,7 +291,7 @@ class NIM_PT_scenes(Sidebar, bpy.types.Panel):
 
         column = layout.column()
         column.prop(settings, "quality")
-        backends.draw_choice(column, settings)
+        backends.draw_choice(column, settings, NIM_MT_scene_backend.bl_idname)
         column.prop(settings, "spectral")
         if settings.problem:
             draw_sentence(layout, context, settings.problem, "ERROR")
@@ -295,4 +305,4 @@ class NIM_PT_scenes(Sidebar, bpy.types.Panel):
         layout.operator("nim.copy_command", icon="COPYDOWN")
 
 
-CLASSES = (NIM_OT_build_scene, NIM_OT_copy_command, *open_and_folded(NIM_PT_scenes))
+CLASSES = (NIM_OT_build_scene, NIM_OT_copy_command, NIM_MT_scene_backend, *open_and_folded(NIM_PT_scenes))

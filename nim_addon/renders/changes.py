@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import bpy
 
-from ..base import shipped
+from ..base.shipped import FOLDER
 from ..cycles.closures import CLOSURES
 
 DECIDING = ("physics", "cycles", "caustics", "scenes", "renders")  # the rooms whose code decides what is in a picture
@@ -42,5 +42,5 @@ def change_of(name: str) -> Change:
 def code_mark(*, changed: bool) -> str:
     """A mark of the code that decides a picture, also of a scene that is `changed`: what other code made is another."""
     rooms = [*DECIDING, *([CHANGING] if changed else [])]
-    text = [file.read_bytes() for room in rooms for file in sorted((shipped.FOLDER / room).rglob("*.py"))]
+    text = [file.read_bytes() for room in rooms for file in sorted((FOLDER / room).rglob("*.py"))]
     return hashlib.sha256(b"".join([*text, *(closure.source().encode() for closure in CLOSURES)])).hexdigest()[:16]

@@ -216,7 +216,7 @@ def test_what_a_change_may_call_is_part_of_its_record(tmp_path, empty_file, rend
     figure = Figure("9.9", "", "", (), recipes()[1:])
     (tmp_path / "figures").mkdir()
     helper = tmp_path / "figures" / "helper.py"
-    monkeypatch.setattr(changes.shipped, "FOLDER", tmp_path)
+    monkeypatch.setattr(changes, "FOLDER", tmp_path)
     for text in ("a", "a", "b"):
         helper.write_text(text)
         changes.code_mark.cache_clear()

@@ -25,6 +25,9 @@ class Layout:
     def prop(self, data, name, **_):
         self.drawn.append(name)
 
+    def prop_enum(self, data, name, value):
+        self.drawn.append(value)
+
     def column(self, **_):
         return self
 
@@ -33,8 +36,8 @@ class Layout:
 
 def drawn(addon):
     layout = Layout()
-    preferences_ = bpy.context.preferences.addons[addon].preferences
-    preferences.NIM_AP_preferences.draw(type("", (), {"layout": layout, "rna": preferences_})(), bpy.context)
+    kind = preferences.NIM_AP_preferences
+    kind.draw(type("", (), {"layout": layout, "bl_rna": kind.bl_rna})(), bpy.context)
     return layout.drawn
 
 

@@ -7,16 +7,23 @@ import math
 
 import mathutils
 
-from ..caustics import lights, placing
+from ..caustics import baking, lights, placing
 from ..cycles.problem import Problem
+from ..cycles.visibility import PATHS_MARK
 from .sight import Sight
 
-# Of the paths that leave a matt surface, the part that has to find a lamp, or what is behind an interface stays black: of
-# 128 samples a pixel one does.
-NARROW = 0.01
 MOST = 3  # names in a sentence
 
 TEXT = "The shadow of {names} stays black until caustics are baked: what shines is too narrow to be found by chance ({lamps})."
+
+
+def _chance(angle):
+    """The part of the paths from a surface that meet what is that wide, radians, above it."""
+    return math.sin(min(angle, math.pi) / 2) ** 2
+
+
+# Of one as wide as the sun that a render traces without being asked: one of 128 samples a pixel finds it.
+NARROW = _chance(baking.NARROW)
 
 
 def hints(sight: Sight) -> list[Problem]:
@@ -28,6 +35,9 @@ def hints(sight: Sight) -> list[Problem]:
         corners = [shown.matrix @ mathutils.Vector(corner) for corner in shown.original.bound_box]
         middle = sum(corners, mathutils.Vector()) / len(corners)
         places[shown.original.name] = middle, max((corner - middle).length for corner in corners)
+    # else there is nothing that a shadow falls on
+    if all(shown.original.name in places or shown.original.get(PATHS_MARK) for shown in sight.shown):
+        return []
     lit = {}
     for lamp in sight.lamps:
         names = [name for name, place in places.items() if _is_narrow(lamp, *place)]
@@ -45,11 +55,6 @@ def hints(sight: Sight) -> list[Problem]:
 def _list(names):
     names = list(names)
     return ", ".join(names[:MOST]) + ("..." if len(names) > MOST else "")
-
-
-def _chance(angle):
-    """The part of the paths from a surface that meet what is that wide, radians, above it."""
-    return math.sin(min(angle, math.pi) / 2) ** 2
 
 
 def _is_narrow(lamp, middle, radius):

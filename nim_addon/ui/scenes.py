@@ -293,6 +293,7 @@ class NIM_PT_scenes(Sidebar, bpy.types.Panel):
         column.prop(settings, "quality")
         backends.draw_choice(column, settings, NIM_MT_scene_backend.bl_idname)
         column.prop(settings, "spectral")
+        column.prop(context.window_manager, "nim_live")
         if settings.problem:
             draw_sentence(layout, context, settings.problem, "ERROR")
         else:
@@ -301,7 +302,6 @@ class NIM_PT_scenes(Sidebar, bpy.types.Panel):
         row.scale_y = 1.4
         again = standing.is_standing(context.scene)
         row.operator("nim.build_scene", text="Build Again" if again else "Build", icon="SCENE_DATA")
-        row.prop(context.window_manager, "nim_live", toggle=True, icon="FILE_REFRESH")
         layout.operator("nim.copy_command", icon="COPYDOWN")
 
 

@@ -20,8 +20,10 @@ from .conftest import Layout
 
 @pytest.fixture
 def scene(addon):
-    """The file that Blender starts with, in which the cube is a NIM."""
+    """The file that Blender starts with, in which the cube is a NIM, over a floor."""
     scene = bpy.context.scene
+    bpy.ops.mesh.primitive_plane_add(size=20, location=(0, 0, -1.1))
+    bpy.context.object.name = "Floor"
     settings.lossless(scene, "nodes")
     bpy.data.objects["Cube"].data.materials[0] = interface_material("NIM", Medium(-1.5), backend="nodes")
     warnings.forget()
@@ -54,6 +56,10 @@ def no_interface(scene):
     bpy.data.objects["Cube"].data.materials.clear()
 
 
+def nothing_below(scene):
+    bpy.data.objects.remove(scene.objects["Floor"])
+
+
 DOWN = {"location": (0, 0, 6), "rotation_euler": (0, 0, 0)}
 CASES = [
     ("point", lamp("POINT"), "Light"),
@@ -72,6 +78,7 @@ CASES = [
     ("large area", lamp("AREA", shape="SQUARE", size=3.0, **DOWN), ""),
     ("glass", glass, "Light"),
     ("no interface", no_interface, ""),
+    ("nothing below", nothing_below, ""),
 ]
 
 

@@ -159,9 +159,12 @@ class _Plot:
         self._disc(column, row, 3.2 * self.scale, PROBE_COLOR)
 
     def _disc(self, x, y, radius, color):
-        rows, columns = np.indices(self.image.shape[:2])
-        cover = np.clip(radius + 0.5 - np.hypot(columns - x, rows - y), 0, 1)[..., None].astype(np.float32)
-        self.image[..., :3] += cover * (np.array(color, np.float32) - self.image[..., :3])
+        reach = math.ceil(radius + 1)
+        top, left = max(0, round(y) - reach), max(0, round(x) - reach)
+        part = self.image[top : round(y) + reach + 1, left : round(x) + reach + 1, :3]
+        rows, columns = np.indices(part.shape[:2])
+        cover = np.clip(radius + 0.5 - np.hypot(columns + left - x, rows + top - y), 0, 1)[..., None].astype(np.float32)
+        part += cover * (np.array(color, np.float32) - part)
 
     def write(self, text, x, y, color):
         """Letters from a pixel on."""

@@ -93,9 +93,10 @@ def plain(value: float) -> float:
 
 
 def numbers_of(medium: Medium) -> str:
-    """The numbers of a medium as a person writes them: n, and mu where it is not 1 with the sign of n."""
-    mu = "" if abs(medium.mu) == 1 else f", μ = {number(medium.mu)}"
-    return f"n = {number(medium.n)}{mu}"
+    """The numbers of a medium, short enough for a menu in the sidebar: n, and mu where it is not 1 with the sign of n."""
+    if abs(medium.mu) == 1:
+        return f"n = {number(medium.n)}"
+    return f"{number(medium.n)}, μ = {number(medium.mu)}"
 
 
 def _label(name):

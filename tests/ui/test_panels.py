@@ -1,10 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The tab as a whole: in which order its panels stand, and which of them are open."""
 
+import ast
+from pathlib import Path
+
+import blf
 import bpy
 
 from nim_addon import ui
-from nim_addon.ui import warnings
+from nim_addon.ui import translations, warnings
 
 FOLDED = "_folded"
 
@@ -80,3 +84,61 @@ def test_every_choice_has_a_tooltip_that_says_more_than_its_name(addon):
         if len(item.description.strip()) <= len(item.name) / 2 or item.description == item.name
     ]
     assert not silent
+
+
+# What there is room for at the sidebar's own width, in Blender's units, as measured in pictures of 4.3 and 5.2: the label
+# before a value, the label behind a check box, what a menu shows of its choice (less an icon), and a line of its own.
+BEFORE, BEHIND, CHOSEN, ICON, LINE = 88, 112, 116, 18, 210
+# Of these the panels draw no labels, or labels over the whole width.
+WIDE = {"NIM_PG_material", "NIM_PG_curve", "NIM_PG_object", "NIM_PG_former_slot"}
+# These stand in the preferences.
+PREFERENCES = {"blender_check.py", "preferences.py"}
+
+
+def wide(text):
+    """How wide Blender draws a text, in units at a scale of 1."""
+    blf.size(0, 11)
+    return blf.dimensions(0, text)[0]
+
+
+def in_languages(text, context=None):
+    """The text, and its translations as a label or, with the context "Operator", as a button."""
+    known = [given.get((context, text), given.get((None, text), text)) for given in translations.LANGUAGES.values()]
+    return {text, *known}
+
+
+def labels():
+    """(where, text, room, context) of what the panels of the sidebar show on a line, as far as it is known beforehand."""
+    groups = [cls for module in ui.MODULES for cls in getattr(module, "CLASSES", ())]
+    for cls in (cls for cls in groups if issubclass(cls, bpy.types.PropertyGroup) and cls.__name__ not in WIDE):
+        for known in cls.bl_rna.properties:
+            if known.identifier not in ("rna_type", "name"):
+                yield (
+                    f"{cls.__name__}.{known.identifier}",
+                    known.name,
+                    BEHIND if known.type == "BOOLEAN" else BEFORE,
+                    None,
+                )
+            for item in known.enum_items if known.type == "ENUM" else ():
+                room = CHOSEN - ICON * (item.icon != "NONE")
+                yield f"{cls.__name__}.{known.identifier}.{item.identifier}", item.name, room, None
+    for source in Path(ui.__file__).parent.glob("*.py"):
+        for call in ast.walk(ast.parse(source.read_text(encoding="utf-8"))):
+            kind = getattr(getattr(call, "func", None), "attr", "")
+            if kind not in ("label", "operator") or source.name in PREFERENCES:
+                continue
+            for text in (keyword.value for keyword in call.keywords if keyword.arg == "text"):
+                if isinstance(text, ast.Constant):
+                    yield source.name, text.value, LINE, "Operator" if kind == "operator" else None
+
+
+def test_nothing_is_cut_off_at_the_sidebars_own_width(addon):
+    found = list(labels())
+    assert len(found) > 200
+    cut = {
+        (where, shown): (round(wide(shown)), room)
+        for where, text, room, context in found
+        for shown in in_languages(text, context)
+        if wide(shown) > room
+    }
+    assert not cut

@@ -66,8 +66,8 @@ def choices():
         owner = getattr(bpy.ops.nim, cls.bl_idname.removeprefix("nim.")).get_rna_type() if is_operator else cls
         owners.append((cls.__name__, owner))
     for name, owner in owners:
-        # panels and menus have choices of Blender's own
-        if isinstance(owner, type) and issubclass(owner, bpy.types.Panel | bpy.types.Menu):
+        # panels, menus and gizmos have choices of Blender's own
+        if isinstance(owner, type) and not issubclass(owner, bpy.types.PropertyGroup | bpy.types.ID):
             continue
         for known in owner.bl_rna.properties:
             if known.type == "ENUM" and (name.startswith(("NIM_", "nim_")) or known.identifier.startswith("nim")):

@@ -31,6 +31,8 @@ def test_the_ball_is_of_the_profile_that_is_asked_for(device):
     (node,) = graded.profile_nodes(scene.objects["Ball"].active_material)
     assert graded.profile_of(node) == Profile(device, angle=np.radians(45), hollow=0.5)
     assert tuple(scene.objects["Ball"].location) == pytest.approx(ball.CENTER)
+    assert node.inputs["Radius"].default_value == ball.RADIUS  # that of the mesh, and no other
+    assert tuple(scene.objects["Ball"].dimensions) == pytest.approx((2 * ball.RADIUS,) * 3, rel=1e-4)
     assert {"Lawn", "Fence", "House", "Camera"} <= set(scene.objects.keys()) and "Head" not in scene.objects
 
 

@@ -199,6 +199,20 @@ def test_a_modifier_and_its_numbers_are_followed(scene):
     np.testing.assert_allclose(look().traced[0].paths.end[1], (0, 0, -1.5), atol=1e-6)
 
 
+def test_frames_are_followed_and_what_deforms_with_them(scene):
+    ball = a_ball()
+    scene.cursor.location = (-3, 0, 0)
+    scene.nim_rays.aim = "DIRECTION"
+    cast = ball.modifiers.new("Cast", "CAST")
+    cast.factor, cast.use_radius_as_size, cast.radius, cast.size = 1.0, False, 0.0, 1.0
+    for frame, size in ((1, 1.0), (11, 0.5)):
+        cast.size = size
+        cast.keyframe_insert("size", frame=frame)
+    for frame, x in ((1, -1.0), (11, -0.5), (1, -1.0)):
+        scene.frame_set(frame)
+        np.testing.assert_allclose(live_look.Look(scene).traced[0].paths.end[4], (x, 0, 0), atol=1e-2)
+
+
 def test_edited_vertices_are_followed_in_edit_mode(scene):
     ball = a_ball()
     scene.cursor.location = (-3, 0, 0)

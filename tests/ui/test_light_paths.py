@@ -11,13 +11,15 @@ from mathutils import Euler, Matrix
 
 from nim_addon.cycles.graded import graded_ball_material
 from nim_addon.cycles.lenslets import lenslet_material
+from nim_addon.cycles.material import interface_material
+from nim_addon.cycles.nodes import Nodes, empty_tree
 from nim_addon.cycles.slabs import slab_material
 from nim_addon.cycles.visibility import PATHS_MARK
 from nim_addon.physics import Interface, Medium
 from nim_addon.physics.balls import POINTS
 from nim_addon.physics.graded import Profile
 from nim_addon.physics.lenslet import LensletWindow
-from nim_addon.physics.rays import Kind, Shapes, Sphere, trace
+from nim_addon.physics.rays import Kind, Plane, Shapes, Sphere, trace
 from nim_addon.physics.uniaxial import UniaxialSlab
 from nim_addon.scenes import glass, shapes, sphere
 from nim_addon.ui import light_curves, light_tracing
@@ -355,6 +357,37 @@ def test_paths_are_seen_and_change_nothing_else(scene, press, render):
     # in the middle of the ball only where that is wanted; else there is some noise, as a ray passes unseen surfaces
     assert changed[True][11:13, 10:14].mean() > 0.3
     assert changed[False][11:13, 10:14].mean() < 0.03
+
+
+def glass_of_blender(tint):
+    material = bpy.data.materials.new("Glass")
+    nodes = Nodes(empty_tree(material))
+    nodes.end(nodes.add("ShaderNodeBsdfGlass", inputs={"Color": (*tint, 1.0), "Roughness": 0.0}))
+    return material
+
+
+@pytest.mark.parametrize(
+    "made",
+    [
+        lambda tint: interface_material("NIM", Medium(-1.5), backend="nodes", tint=tint),
+        lambda tint: interface_material("Glass", Medium(1.5), backend="nodes", tint=tint),
+        lambda tint: interface_material("NIM", Medium.parse("n=-1.5,length=2"), backend="nodes", volume=True),
+        glass_of_blender,
+    ],
+    ids=["NIM", "glass", "absorbing", "Blender's"],
+)
+def test_curves_are_seen_behind_what_is_tinted_or_absorbs(scene, made, render):
+    add("Pane", *shapes.box((-2, -2, 0), (2, 2, 1)), made((0.3, 0.9, 0.4)))
+    scene.camera.matrix_world = Matrix.Translation((0, 0, 6))
+    scene.render.engine = "CYCLES"
+    scene.cycles.samples, scene.cycles.use_denoising, scene.cycles.use_adaptive_sampling = 8, False, False
+    scene.cycles.transparent_max_bounces = scene.cycles.max_bounces = scene.cycles.transmission_bounces = 24
+    scene.render.resolution_x = scene.render.resolution_y = 24
+    without = render(scene)
+    beyond = Shapes(Plane((0, 0, -50), (0, 0, 1)))  # which the ray does not meet
+    light_curves.draw(scene, "side", trace(beyond, (-1, 0, -1), (1, 0, 0), reach=2.0), 0.3, True)
+    changed = (render(scene) - without)[10:14].max(axis=(0, 1))
+    assert changed[1] > 0.2 and changed[2] > 0
 
 
 def test_beams_through_a_window_of_lenslets_and_a_hyperbolic_slab(scene, press):

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 import zlib
 from pathlib import Path
 
@@ -107,8 +108,12 @@ def _asked(scene: str, key: str, text: str) -> list[list[str]]:
 
 def _caption(variant: list[str]) -> str:
     """The settings of a picture, as its caption has them."""
-    pairs = (text.partition("=") for text in variant)
-    return ", ".join(f"{key} = {value.removeprefix('n=').replace(',mu=', ', mu = ')}" for key, _, value in pairs)
+    said = []
+    for text in variant:
+        value = text.partition("=")[2]
+        # which parameter a medium is of shows the picture
+        said.append(re.sub(r",\s*", ", ", (value if "=" in value else text).replace("=", " = ")))
+    return ", ".join(said)
 
 
 def all_variants(settings: NIM_PG_scenes, folder: Path) -> jobs.Work:

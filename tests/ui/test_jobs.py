@@ -177,7 +177,7 @@ def test_every_scene_has_its_usual_variants(asked, scene):
         ("sphere", "n", "-1.5, -1:1", None, "is not a number"),
         ("sphere", "n", "-1.5:-1:0.25", ["n=-1.5", "n=-1.25", "n=-1"], ("n = -1.5", "n = -1.25", "n = -1")),
         ("sphere", "n", "1.5, -1.33,mu=-10", ["n=1.5", "n=-1.33 mu=-10"], ("n = 1.5", "n = -1.33, mu = -10")),
-        ("pool", "n", "-1.4,1.33", ["liquid=n=-1.4", "liquid=n=1.33"], ("liquid = -1.4", "liquid = 1.33")),
+        ("pool", "n", "-1.4,1.33", ["liquid=n=-1.4", "liquid=n=1.33"], ("n = -1.4", "n = 1.33")),
         (
             "pool",
             "view",

@@ -59,7 +59,7 @@ def _uneven(ball):
     if lengths.max() - lengths.min() <= UNEVEN * lengths.max() and slant <= UNEVEN:
         return []
     text = "{name} is not scaled evenly: a graded ball is a sphere, and the rest of the object shows what is behind it."
-    own = ball.shown.single and not obj.parent and slant <= UNEVEN
+    own = ball.shown.single and not obj.parent and not obj.constraints
     return [about(obj, "uneven_ball", text, "Scale it evenly" if own else None, ball.materials, owner=obj)]
 
 

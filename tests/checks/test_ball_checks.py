@@ -2,6 +2,7 @@
 """Graded balls that a render cannot show right, and the buttons that mend it; what is right has no problem."""
 
 import bpy
+import mathutils
 import numpy as np
 import pytest
 
@@ -29,6 +30,9 @@ def test_a_ball_alone_is_right(scene):
     assert codes(scene) == []
     scene.cycles.transparent_max_bounces = 4
     assert codes(scene) == ["transparent_bounces"]
+    scene.cycles.transparent_max_bounces = 64
+    obj.data.materials[0] = graded_ball_material("Large", Profile("luneburg"), backend="nodes", radius=1.5)
+    assert codes(scene) == []  # it is not in itself
 
 
 def test_a_ball_that_is_scaled_unevenly_is_mended_to_its_radius(scene):
@@ -38,6 +42,9 @@ def test_a_ball_that_is_scaled_unevenly_is_mended_to_its_radius(scene):
     assert problem.code == "uneven_ball" and "Lens is not scaled evenly" in problem.sentence and problem.remedy
     checks.mend(scene)
     assert codes(scene) == [] and tuple(obj.scale) == (1.5, 1.5, 1.5)
+    obj.scale = (-1.5, 1, 1)
+    checks.mend(scene)
+    assert tuple(obj.scale) == (1.5, 1.5, 1.5)
     parent = plain("Parent", box(0.1, (9, 9, 9)))
     parent.scale, obj.parent = (1, 2, 1), parent
     assert [(problem.code, problem.remedy) for problem in found(scene)] == [("uneven_ball", None)]
@@ -46,6 +53,21 @@ def test_a_ball_that_is_scaled_unevenly_is_mended_to_its_radius(scene):
 def noted(scene):
     with as_rendered(scene) as depsgraph:
         return [note.sentence for note in ball_checks.notes(look(scene, depsgraph, None))]
+
+
+def test_what_another_object_makes_uneven_has_no_button(scene):
+    obj = lens()
+    parent = plain("Parent", box(0.1, (9, 9, 9)))
+    obj.parent = parent
+    # as long along each of its axes, but slanted
+    obj.matrix_parent_inverse = mathutils.Matrix(((1, 0.6, 0, 0), (0, 0.8, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1)))
+    assert [(problem.code, problem.remedy) for problem in found(scene)] == [("uneven_ball", None)]
+    obj.parent = None
+    obj.matrix_parent_inverse.identity()
+    assert codes(scene) == []
+    like = obj.constraints.new("COPY_SCALE")
+    like.target, parent.scale = parent, (1, 2, 1)
+    assert [(problem.code, problem.remedy) for problem in found(scene)] == [("uneven_ball", None)]
 
 
 @pytest.mark.parametrize("distance, inside", [(0.9, True), (1.1, False)])

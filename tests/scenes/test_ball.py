@@ -52,6 +52,7 @@ def test_a_core_of_its_own_material(render):
     scene = build(BallParameters(device="magnifier", core=0.5, surface="textured"))
     core = scene.objects["Core"]
     assert tuple(core.location) == pytest.approx(ball.CENTER) and core.active_material.name.startswith("Core")
+    assert tuple(core.dimensions) == pytest.approx((ball.RADIUS,) * 3, rel=1e-4)
     (node,) = graded.profile_nodes(scene.objects["Ball"].active_material)
     assert graded.profile_of(node) == Profile("magnifier", 0.5, "textured")
     assert problems(scene) == []

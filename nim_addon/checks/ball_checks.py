@@ -105,15 +105,15 @@ def _in(sight, ball):
     found = {}
     for other in sight.shown:
         matrix = np.array(other.matrix.copy())
-        if other.original in (ball.shown.original, *found):
+        if other.original == ball.shown.original:
             continue
         if _off(ball, matrix[:3, :3] @ np.mean(other.object.bound_box, axis=0) + matrix[:3, 3]) >= INSIDE:
             continue
         points = meshes.read(other.mesh.vertices, "co", 3) @ matrix[:3, :3].T + matrix[:3, 3]
         far = np.linalg.norm(points - ball.law.center, axis=1) / ball.law.radius
         if len(far) and far.max() < INSIDE:
-            found[other.original] = far.max()
-    return {obj.name: far for obj, far in found.items()}
+            found[other.original.name] = max(far.max(), found.get(other.original.name, 0.0))  # of its instances
+    return found
 
 
 def _around(sight, ball):

@@ -12,6 +12,7 @@ from nim_addon.checks.sight import look
 from nim_addon.cycles.graded import graded_ball_material, graded_core_material
 from nim_addon.cycles.visibility import as_rendered
 from nim_addon.figures import probes
+from nim_addon.physics import Medium
 from nim_addon.physics.graded import Profile
 from tests.checks.pieces import WATER, add, ball, box, codes, found
 
@@ -91,6 +92,13 @@ def test_what_is_within_is_named_but_for_what_a_cloak_hides(scene):
     assert codes(scene) == [] and noted(scene) == ["Box is in the hollow of Lens, and is not seen: that is the cloak."]
     other.location.x = 0.4
     assert codes(scene) == ["in_ball"] and noted(scene) == []
+    # one mesh in two places: what is seen of neither is named once
+    again = bpy.data.objects.new("Empty", None)
+    again.instance_type, again.instance_collection = "COLLECTION", bpy.data.collections.new("Boxes")
+    scene.collection.objects.link(again)
+    again.instance_collection.objects.link(other)
+    again.location.x = -0.4
+    assert [problem.values["other"] for problem in found(scene)] == ["Box"]
 
 
 def test_the_core_of_a_shell_is_seen(scene):
@@ -107,8 +115,16 @@ def test_a_ball_in_water_is_not_matched_at_its_rim(scene):
     water = add("Water", WATER, box(4))
     (problem,) = found(scene)
     assert problem.code == "rim_unmatched" and "Lens is in Water, of n = 1.33" in problem.sentence
-    water.location.x = 5
-    assert codes(scene) == []
+    for apart in ((5, 0, 0), (0, 0, 5), (0, 0, -5)):
+        water.location = apart
+        assert codes(scene) == []
+
+
+@pytest.mark.parametrize("medium, matched", [((2, 2), False), ((1, 2), False), ((1, 1), True)])
+def test_a_rim_is_matched_by_index_and_impedance(medium, matched, scene):
+    lens()
+    add("Box", Medium(*medium), box(4))
+    assert codes(scene) == [] if matched else "rim_unmatched" in codes(scene)
 
 
 def test_a_lamp_without_size(scene):

@@ -137,7 +137,14 @@ def test_a_lamp_without_size(scene):
     assert codes(scene) == ["light_at_ball"]
     checks.mend(scene)
     assert codes(scene) == [] and light.shadow_soft_size > 0
-    light.shadow_soft_size = 0
+    light.type = "AREA"
+    portal = lamp.data
+    portal.size, portal.cycles.is_portal = 0, False
+    assert codes(scene) == ["light_at_ball"]
+    portal.cycles.is_portal = True  # which shines with nothing of its own
+    assert codes(scene) == []
+    portal.type, portal.cycles.is_portal = "POINT", False
+    lamp.data.shadow_soft_size = 0
     add("Water", WATER, box(1, (9, 0, 0)))
     assert codes(scene) == ["zero_light"]  # and once
 

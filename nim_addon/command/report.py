@@ -48,7 +48,7 @@ def complain(error: object, code: int) -> int:
 
 def note(text: str) -> None:
     """Say something on standard error, beside what was asked for."""
-    print(f"nimray: {text}", file=sys.stderr)
+    print(f"nimray: {printable(text)}", file=sys.stderr)
 
 
 def at_terminal(arguments: argparse.Namespace) -> bool:

@@ -9,6 +9,7 @@ import dataclasses
 import functools
 import json
 import os
+import re
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 WITHOUT_ASKING = 100_000  # tasks of a plan
 NAMED = 5  # points, or problems, that are named one by one
 PLACES = ("local", "dask", "slurm")
+ADDRESS = re.compile(r"(?:(?:tcp|tls)://)?(?:[\w.-]+|\[[\da-fA-F:.]+\]):(\d{1,5})")  # of a scheduler, as Dask takes it
 
 
 def add_to(commands: argparse._SubParsersAction) -> None:
@@ -148,11 +150,11 @@ def _run(arguments, first) -> int | None:
 
     with refused():
         measured = [quantity(name.strip()).name for name in (arguments.measure or "").split(",") if name.strip()]
-        if arguments.film:
+        if arguments.film is not None:
             film.check(arguments.film)
-    folder = Path(arguments.out).expanduser()
+    folder = _path(arguments.out)
     if arguments.what.endswith(".jsonl"):
-        file = Path(arguments.what).expanduser()
+        file = _path(arguments.what)
         if not file.is_file():
             raise UsageError(f"there is no plan {file}.")
         folder = file.parent
@@ -182,11 +184,18 @@ def _run(arguments, first) -> int | None:
         return _carry_out(tasks, arguments, folder, measured, first)
 
 
+def _path(text):
+    try:
+        return Path(text).expanduser()
+    except RuntimeError:
+        raise UsageError(f"there is no such home as that of {text}; name another place.") from None
+
+
 def _say_status(arguments) -> None:
     from ..sweeps import status
 
     try:
-        said = status.of(arguments.status).record()
+        said = status.of(_path(arguments.status)).record()
     except ValueError as error:
         raise UsageError(str(error)) from None
     if arguments.progress:
@@ -208,8 +217,10 @@ def _check(arguments):
         raise UsageError(
             f"--on {arguments.on!r} is no place; the ones that exist are local, dask, dask=ADDRESS and slurm."
         )
-    if arguments.jobs and place != "slurm":
-        raise UsageError("--jobs goes with --on slurm.")
+    named = ADDRESS.fullmatch(address)
+    if "=" in arguments.on and not (named and 0 < int(named[1]) < 1 << 16):
+        raise UsageError(f"--on {arguments.on!r} names no scheduler; write it like dask=tls://host:8786.")
+    _check_engine(arguments, place, address)
     if arguments.lines and not what.endswith(".jsonl"):
         raise UsageError("--lines is of a plan; give a plan.jsonl.")
     making = [
@@ -223,6 +234,20 @@ def _check(arguments):
         raise UsageError("--scene names one of a .blend.")
 
 
+def _check_engine(arguments, place, address):
+    """Refuse options of other engines than the one that was asked for."""
+    if arguments.jobs and place != "slurm":
+        raise UsageError("--jobs goes with --on slurm.")
+    if arguments.workers and (place == "slurm" or address):
+        raise UsageError("--workers is of this machine; a queue has --jobs, and a scheduler that stands has its own.")
+    if arguments.interface is not None and (place == "local" or address):
+        raise UsageError("--interface is of a scheduler that is started here; give it with --on dask or --on slurm.")
+    if arguments.job_options and "slurm" not in (place, arguments.export):
+        raise UsageError("--job-options goes with --on slurm or --export slurm.")
+    if arguments.chunk and not arguments.export:
+        raise UsageError("--chunk goes with --export.")
+
+
 # ------------------------------------------------------------------------------------------------ the plan
 
 
@@ -234,7 +259,7 @@ def _tasks(arguments) -> list[Task]:
         varied = [axes.axis(text) for text in arguments.vary]
         if arguments.wavelengths:
             varied.append(axes.Axis("wavelength", tuple(f"{nm:g}" for nm in arguments.wavelengths)))
-        rows = axes.table(Path(arguments.csv)) if arguments.csv else [{}]
+        rows = [{}] if arguments.csv is None else axes.table(Path(arguments.csv))
         first, last = arguments.frames or (1, 1)
         count = len(rows) * axes.count(varied, together=arguments.zip) * (last - first + 1) * (arguments.split or 1)
     if count > axes.MOST or (count > WITHOUT_ASKING and not arguments.yes):
@@ -269,7 +294,7 @@ def _base(arguments) -> Callable[[Mapping[str, str]], Request]:
         if arguments.assignments:
             raise UsageError("a .blend has no parameters; vary its inputs, --vary 'MATERIAL:INPUT=A,B'.")
         with refused():
-            whole = with_options(Request.of_blend(arguments.what, arguments.scene), arguments)
+            whole = with_options(Request.of_blend(_path(arguments.what), arguments.scene), arguments)
 
         def of_blend(values: Mapping[str, str]) -> Request:
             try:

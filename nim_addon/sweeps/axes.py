@@ -132,7 +132,10 @@ def table(file: str | Path) -> list[dict[str, str]]:
     Raises OSError where it cannot be read, ValueError, one sentence that names the line, for what is no such table.
     """
     try:
-        text = Path(file).expanduser().read_text(encoding="utf-8-sig")
+        path = Path(file).expanduser()
+        if path.is_char_device():  # which may never end
+            raise RuntimeError
+        text = path.read_text(encoding="utf-8-sig")
     except (UnicodeDecodeError, RuntimeError):
         raise ValueError(f"{file} is no table of text; give a CSV file in UTF-8.") from None
     try:

@@ -25,6 +25,7 @@ WINDOW = 4  # orders for each worker that the scheduler knows of at a time, at l
 LEAST_WINDOW = 64
 TRIES = 3  # of an order, before it is left
 PATIENCE = 10  # seconds for a scheduler to answer
+LOCAL = "127.0.0.1"
 INSTALL = "pip install 'nim-addon[many]'"
 
 
@@ -55,6 +56,7 @@ class Cluster:
     def carry_out(self, orders: Sequence[Order], folder: Path, watch: Watch) -> Iterator[tuple[Order, Outcome]]:
         """As orders.Engine has it. Raises RuntimeError, one sentence, where the engine is not there, or goes away."""
         with _installed(), contextlib.ExitStack() as stack:
+            _check_interface(self.interface)
             client = stack.enter_context(self._client(folder))
             yield from _through(client, orders, folder, watch, self._threads(), self.mixed)
 
@@ -71,19 +73,16 @@ class Cluster:
             try:
                 client = stack.enter_context(Client(where, timeout=PATIENCE, **self._security()))
             except OSError as error:
+                certificates = ", and with certificates of the same authority" if self.address[:4] == "tls:" else ""
                 raise RuntimeError(
-                    f"the scheduler {self.address} does not answer; see whether it runs there."
+                    f"the scheduler {self.address} does not answer; see whether it runs there{certificates}."
                 ) from error
             if self.address:
                 _check_versions(client, self.address)
             yield client
 
     def _security(self) -> dict[str, Any]:
-        if not self.address.startswith("tls:"):
-            return {}
-        from distributed import Security  # pyright: ignore[reportMissingImports]
-
-        return {"security": Security()}  # of Dask's own settings, in which a person names the certificates
+        return {"security": _own_certificates(self.address)} if self.address.startswith("tls:") else {}
 
     @contextlib.contextmanager
     def _cluster(self, folder):
@@ -91,15 +90,29 @@ class Cluster:
         if self.address:
             yield self.address
         elif self.place == "dask":
-            from distributed import LocalCluster  # pyright: ignore[reportMissingImports]
-
-            more: dict[str, Any] = {"dashboard_address": None, "silence_logs": 50}
-            more |= {"interface": self.interface, "security": True} if self.interface else {"host": "127.0.0.1"}
-            with LocalCluster(n_workers=self.workers, threads_per_worker=1, **more) as cluster:
+            with self._here() as cluster:
                 yield cluster
         else:
             with self._queue(folder) as cluster:
                 yield cluster
+
+    @contextlib.contextmanager
+    def _here(self):
+        from distributed import LocalCluster  # pyright: ignore[reportMissingImports]
+
+        more: dict[str, Any] = {"interface": self.interface, "security": True} if self.interface else {"host": LOCAL}
+        # its pages, which anybody may read, are for this machine, at any port
+        more |= {"dashboard_address": None, "scheduler_kwargs": {"dashboard_address": f"{LOCAL}:0"}, "silence_logs": 50}
+        _blender_before_its_scripts()
+        with contextlib.ExitStack() as stack:
+            try:
+                cluster = LocalCluster(n_workers=self.workers, threads_per_worker=1, **more)
+            except RuntimeError as error:
+                raise RuntimeError(
+                    "the workers of Dask do not start; a script that has them started needs if __name__ == '__main__': "
+                    "before all that it does, as they import it."
+                ) from error
+            yield stack.enter_context(cluster)
 
     @contextlib.contextmanager
     def _queue(self, folder):
@@ -142,10 +155,45 @@ def _installed():
         ) from None
 
 
+def _blender_before_its_scripts():
+    """Let processes that take over sys.path find Blender, before what is called bpy, too, among its own scripts."""
+    if "bpy" in sys.modules:
+        import bpy
+
+        scripts = bpy.utils.system_resource("SCRIPTS")
+        sys.path.sort(key=lambda entry: entry.startswith(scripts))
+
+
+def _own_certificates(address):
+    """Those that a person names in Dask's settings; RuntimeError, one sentence, where they are none."""
+    from distributed import Security  # pyright: ignore[reportMissingImports]
+
+    security = Security()
+    names = (security.tls_ca_file, security.tls_client_cert, security.tls_client_key)
+    told = f"the scheduler {address} wants certificates"
+    if not all(names):
+        raise RuntimeError(
+            f"{told}, which Dask's settings do not name: distributed.comm.tls.ca-file, .client.cert and .client.key."
+        )
+    try:
+        security.get_connection_args("client")
+    except OSError as error:  # also of what is no certificate
+        reason = error.strerror or error
+        raise RuntimeError(f"{told}, and those of Dask's settings, {', '.join(names)}, cannot be read: {reason}.") from None
+    return security
+
+
 def _certificates():
     from distributed.security import Security  # pyright: ignore[reportMissingImports]
 
     return Security.temporary()
+
+
+def _check_interface(name):
+    import psutil  # pyright: ignore[reportMissingImports, reportMissingModuleSource]
+
+    if name is not None and name not in (known := psutil.net_if_addrs()):
+        raise RuntimeError(f"there is no network interface {name!r} here; the ones that exist are {', '.join(known)}.")
 
 
 def _check_versions(client, address):

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import bpy
 
-from ..base.files import whole
+from ..base.files import check_name, whole
 from ..base.streams import quiet
 
 FORMS = {".mp4": ("MPEG4", "H264"), ".mkv": ("MKV", "FFV1"), ".webm": ("WEBM", "WEBM")}  # container and codec
@@ -18,7 +18,8 @@ FORMS = {".mp4": ("MPEG4", "H264"), ".mkv": ("MKV", "FFV1"), ".webm": ("WEBM", "
 def check(file: str) -> None:
     """Raise ValueError, one sentence, for the name of what is no film that can be made."""
     if Path(file).suffix.lower() not in FORMS:
-        raise ValueError(f"--film {file} is no film that can be made; name it .mp4, .webm or .mkv.")
+        raise ValueError(f"--film {file!r} is no film that can be made; name it .mp4, .webm or .mkv.")
+    check_name(Path(file).stem)
 
 
 def write(file: Path, pictures: Sequence[Path], fps: float) -> Path:

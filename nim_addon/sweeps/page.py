@@ -26,10 +26,11 @@ def write(
     measured: the quantities among the columns, which get curves
     """
     axes = [(key, list(dict.fromkeys(line.get(key, "") for line in lines))) for key in keys]
+    places = [{value: place for place, value in enumerate(values)} for _, values in axes]
     shown = ("key", "seconds", "host", "nimray", "blender", "backend", *measured)
     rows = [
         {
-            "at": [values.index(line.get(key, "")) for key, values in axes],
+            "at": [at[line.get(key, "")] for at, key in zip(places, keys, strict=True)],
             "picture": str(Path(line["file"]).with_suffix(".png").as_posix()),
             "facts": {name: line[name] for name in shown if line.get(name) is not None},
         }

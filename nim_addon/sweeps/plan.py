@@ -86,6 +86,10 @@ class Task:
             raise ValueError(f"{source} has {', '.join(sorted(strange))}, which no task has.")
         asked = Request.from_record(request, source)
         texts = {name: str(value) for name, value in values.items()}
+        try:
+            "".join([*texts, *texts.values()]).encode()
+        except UnicodeError:
+            raise ValueError(f"{source} has values that are no Unicode; write others.") from None
         return cls(asked, texts, _part(part, asked, source), bool(record.get("probe", False)))
 
 
@@ -185,7 +189,7 @@ def write(folder: str | Path, tasks: Iterable[Task]) -> Path:
 def lines(file: str | Path) -> Iterator[tuple[str, str]]:
     """The lines of a plan's file that are not empty, each with what sentences call it; OSError where it cannot be read."""
     name = Path(file).name
-    with open(file, encoding="utf-8") as stream:
+    with open(file, encoding="utf-8-sig") as stream:  # as some editors mark it
         try:
             for number, line in enumerate(stream, 1):
                 if line.strip():

@@ -17,7 +17,8 @@ from .plan import Task
 
 FILE = "sheet.png"
 WIDEST, WIDTH = 8192, 320  # pixels, of the sheet and of a picture in it
-LEAST = 48  # of a picture, where there are many
+LEAST = 48  # of a picture
+MOST = 2500  # pictures in it: of more, so many from all along the plan
 
 
 def columns_of(pictures: Sequence[Task]) -> int:
@@ -27,17 +28,19 @@ def columns_of(pictures: Sequence[Task]) -> int:
         last = list(pictures[0].values)[-1]
         texts = [task.values.get(last) for task in pictures]
         period = next((place for place in range(1, count) if texts[place] == texts[0]), count)
-        if count % period == 0 and all(texts[place] == texts[place % period] for place in range(count)):
+        if period * LEAST <= WIDEST and count % period == 0 and all(texts[place] == texts[place % period] for place in range(count)):
             return period
     return max(1, math.ceil(math.sqrt(count)))
 
 
 def write(folder: str | Path, pictures: Sequence[Task]) -> Path:
-    """Write sheet.png of the pictures of a plan that are done; returns the file."""
+    """Write sheet.png of the pictures of a plan that are done, or of MOST of them; returns the file."""
     import OpenImageIO as oiio
 
+    if len(pictures) > MOST:
+        pictures = [pictures[len(pictures) * place // MOST] for place in range(MOST)]
     columns = columns_of(pictures)
-    width = max(LEAST, min(WIDTH, WIDEST // columns))
+    width = min(WIDTH, WIDEST // columns)
     cells = [_cell(results.image_of(folder, task).with_suffix(".png"), task, width) for task in pictures]
     pixels = np.ascontiguousarray(grid(cells, columns))
     sheet = oiio.ImageBuf(oiio.ImageSpec(pixels.shape[1], pixels.shape[0], 3, oiio.UINT8))

@@ -35,7 +35,7 @@ def of(folder: str | Path) -> Status:
     """That of the sweep in a folder; ValueError, one sentence, where there is none."""
     folder = Path(folder).expanduser()
     try:
-        keys = [records.parse(line)["key"] for line in (folder / PLAN).read_text(encoding="utf-8").splitlines() if line]
+        keys = _keys(folder / PLAN)
     except OSError:
         raise ValueError(f"there is no sweep in {folder}; name the folder that --out named.") from None
     except (KeyError, ValueError):
@@ -43,9 +43,18 @@ def of(folder: str | Path) -> Status:
     there: dict[str, set[str]] = {}
     done = 0
     for key in keys:
-        place = str(key)[:2]
+        place = key[:2]
         if place not in there:
             inner = folder / IMAGES / place
             there[place] = {file.stem for file in inner.glob("*.json")} if inner.is_dir() else set()
         done += key in there[place] or key.partition("-")[0] in there[place]
     return Status(done, len(keys), state.is_at_work(folder), state.read(folder) or {})
+
+
+def _keys(file):
+    if not file.is_file():  # a pipe would be waited for
+        raise FileNotFoundError
+    keys = [records.parse(line)["key"] for line in file.read_text(encoding="utf-8-sig").splitlines() if line]
+    if not all(isinstance(key, str) for key in keys):
+        raise ValueError("no keys")
+    return keys

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What is varied: ranges, lists and tables of a person's words, and the points that they span."""
 
+from pathlib import Path
+
 import pytest
 
 from nim_addon.sweeps import axes
@@ -84,3 +86,9 @@ def test_what_is_no_table(tmp_path, content, told):
     file.write_bytes(content)
     with pytest.raises(ValueError, match=told):
         axes.table(file)
+
+
+@pytest.mark.skipif(not Path("/dev/zero").exists(), reason="needs a file that never ends")
+def test_a_table_that_may_never_end():
+    with pytest.raises(ValueError, match="/dev/zero is no table of text"):
+        axes.table("/dev/zero")

@@ -180,6 +180,7 @@ def test_one_process_at_a_time(tmp_path):
 def test_status_of_no_sweep(tmp_path):
     with pytest.raises(ValueError, match="there is no sweep in"):
         status.of(tmp_path)
-    (tmp_path / "plan.jsonl").write_text(json.dumps([1]))
-    with pytest.raises(ValueError, match="is not understood"):
-        status.of(tmp_path)
+    for nonsense in ([1], {}, {"key": [1]}, {"key": 3}):
+        (tmp_path / "plan.jsonl").write_text(json.dumps(nonsense))
+        with pytest.raises(ValueError, match="is not understood"):
+            status.of(tmp_path)

@@ -7,7 +7,7 @@ import json
 import pytest
 
 from nim_addon.renders.request import Request
-from nim_addon.sweeps import plan, results
+from nim_addon.sweeps import plan, results, status
 from nim_addon.sweeps.plan import Task
 
 SMALL = {"size": (16, 12), "samples": 8, "caustics": "path", "backend": "nodes"}
@@ -95,6 +95,7 @@ def test_a_plan_may_be_edited(tmp_path):
         (lambda line: line.replace('"samples": 8', '"samples": "many"'), "line 2 of plan.jsonl records samples"),
         (lambda line: line.replace('"key"', '"part": [3, 9], "key"'), "line 2 of plan.jsonl has part"),
         (lambda line: line.replace('"key"', '"colour": 3, "key"'), "line 2 of plan.jsonl has colour"),
+        (lambda line: line.replace('"n": "-2"', r'"n": "\udcff"'), "line 2 of plan.jsonl has values that are no Unicode"),
     ],
 )
 def test_a_plan_that_was_edited_into_nonsense(tmp_path, edit, told):
@@ -104,6 +105,13 @@ def test_a_plan_that_was_edited_into_nonsense(tmp_path, edit, told):
     file.write_text(f"{first}\n{edit(second)}\n")
     with pytest.raises(ValueError, match=told):
         plan.read(file)
+
+
+def test_a_plan_may_have_the_mark_of_an_editor(tmp_path):
+    file = plan.write(tmp_path, [sphere_at({"n": "-1"})])
+    text = file.read_text()
+    file.write_text(text, encoding="utf-8-sig")
+    assert plan.read(file) == [sphere_at({"n": "-1"})] and status.of(tmp_path).total == 1
 
 
 def test_a_plan_that_is_empty_or_has_a_task_twice(tmp_path):

@@ -67,10 +67,20 @@ def test_the_sheet_has_captions_under_the_pictures(done, tmp_path):
     assert below.max() == 255 and below.min() < 80
 
 
+def test_the_sheet_of_too_many_has_some_from_all_along(done, tmp_path, monkeypatch):
+    monkeypatch.setattr(sheet, "MOST", 2)
+    pixels = oiio.ImageBuf(str(sheet.write(tmp_path, done))).get_pixels(oiio.UINT8)
+    assert 2 * sheet.WIDTH <= pixels.shape[1] < 3 * sheet.WIDTH
+    for place, color in ((0, (255, 0, 0)), (1, (0, 0, 255))):  # the first and the third
+        assert tuple(pixels[60, place * pixels.shape[1] // 2 + 60]) == color
+
+
 def test_columns_are_the_values_of_what_runs_fastest(spheres):
     (task,) = spheres(-1)
     tasks = [Task(task.request, {"n": n, "mu": mu}) for n in "ab" for mu in "cde"]
     assert sheet.columns_of(tasks) == 3 and sheet.columns_of(tasks[:5]) == 3 and sheet.columns_of(tasks[:1]) == 1
+    long = [Task(task.request, {"n": n, "seed": str(seed)}) for n in "ab" for seed in range(200)]
+    assert sheet.columns_of(long) == 20  # a row of 200 would be no picture
 
 
 @pytest.mark.parametrize("suffix", film.FORMS)
@@ -87,6 +97,8 @@ def test_the_film_has_the_pictures_as_frames(done, tmp_path, suffix):
 def test_a_film_of_another_kind_is_refused():
     with pytest.raises(ValueError, match=r"name it .mp4, .webm or .mkv"):
         film.check("sweep.gif")
+    with pytest.raises(ValueError, match="cannot name a file"):
+        film.check("swe\nep.mp4")
 
 
 def test_the_frames_of_a_film_are_in_order(done, tmp_path):

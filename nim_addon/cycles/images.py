@@ -52,17 +52,13 @@ def cut_off(path: Path) -> OSError:
     return OSError(f"cannot write the {path.suffix} file whole; see whether the disk is full, or name another folder.")
 
 
-def write_with_metadata(image: oiio.ImageBuf, target: Path, metadata: dict) -> None:
-    """Write an OpenImageIO.ImageBuf to the Path `target`, with the dict that read_metadata() gives back.
+def write_whole(image: oiio.ImageBuf, target: Path) -> str | None:
+    """Write an OpenImageIO.ImageBuf to the Path `target`; returns the text of the record in it, None where it is too large.
 
-    Raises OSError, one sentence, where it could not be written whole, ValueError where it cannot carry that dict.
+    Raises OSError, one sentence, where it could not be written whole.
     """
     import OpenImageIO as oiio
 
-    record = json.dumps(metadata)
-    image.specmod().attribute(RECORD_ATTRIBUTE, record)
-    maker = ascii(metadata.get("nimray", ""))[:99].strip("'")
-    image.specmod().attribute("Software", f"nimray {maker}, Blender {bpy.app.version_string}")
     with quiet(2):  # OpenEXR complains there by itself
         written = image.write(named(target))
         error = image.geterror() or oiio.geterror()  # else it is printed
@@ -72,7 +68,19 @@ def write_with_metadata(image: oiio.ImageBuf, target: Path, metadata: dict) -> N
     carried, whole = _record_in(target)
     if not whole:
         raise cut_off(target)
-    if carried != record and not is_full(target.parent):
+    return carried
+
+
+def write_with_metadata(image: oiio.ImageBuf, target: Path, metadata: dict) -> None:
+    """Write an OpenImageIO.ImageBuf to the Path `target`, with the dict that read_metadata() gives back.
+
+    Raises OSError, one sentence, where it could not be written whole, ValueError where it cannot carry that dict.
+    """
+    record = json.dumps(metadata)
+    image.specmod().attribute(RECORD_ATTRIBUTE, record)
+    maker = ascii(metadata.get("nimray", ""))[:99].strip("'")
+    image.specmod().attribute("Software", f"nimray {maker}, Blender {bpy.app.version_string}")
+    if write_whole(image, target) != record and not is_full(target.parent):
         size = f"{len(record) / 1e6:.3g} million letters"
         raise ValueError(f"metadata of {size} is more than a {target.suffix} can carry; leave some of it out.")
 

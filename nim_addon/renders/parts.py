@@ -91,8 +91,7 @@ def _write(path, layers):
     spec.channelnames = tuple(f"{name}.{place}" for name, layer in layers.items() for place in range(layer.shape[2]))
     image = oiio.ImageBuf(spec)
     image.set_pixels(image.roi, np.ascontiguousarray(pixels, np.float32))
-    if not image.write(images.named(path)):
-        raise images.cut_off(path)
+    images.write_whole(image, path)
 
 
 def _mean(parts: Mapping[Part, Path]) -> dict[str, NDArray]:

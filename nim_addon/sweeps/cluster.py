@@ -13,6 +13,7 @@ import os
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -25,6 +26,7 @@ WINDOW = 4  # orders for each worker that the scheduler knows of at a time, at l
 LEAST_WINDOW = 64
 TRIES = 3  # of an order, before it is left
 PATIENCE = 10  # seconds for a scheduler to answer
+LOOK, AGAIN = 0.02, 5.0  # seconds between two looks whether an order has ended, and whether workers are still there
 LOCAL = "127.0.0.1"
 INSTALL = "pip install 'nim-addon[many]'"
 
@@ -216,8 +218,56 @@ def check_queue(script: str) -> None:
         raise RuntimeError(f"the queue refuses the job: {' '.join(asked.stderr.split())}")
 
 
+class _Flight:
+    """The orders that a client of Dask has sent, some at a time."""
+
+    def __init__(self, client, folder, threads, mixed):
+        self.client, self.record = client, {"folder": folder, "threads": threads, "mixed": mixed}
+        self.tries: dict[str, list[str]] = {}  # of each order's key, the addresses of workers
+        self.flying: dict[Any, Order] = {}  # by its future
+        self.bound: dict[Any, list[str]] = {}  # futures that only these workers may take
+
+    def send(self, order):
+        been = self.tries.setdefault(order.task.key, [])
+        # again with another one, if there is: the disk of this one may be full
+        others = [address for address in self.client.nthreads() if address not in been] if been else []
+        future = self.client.submit(
+            worker.carry_out,
+            json.dumps(order.record(**self.record)),
+            pure=False,
+            key=f"{order.task.key}/{len(been)}",
+            workers=others or None,
+        )
+        self.flying[future] = order
+        if others:
+            self.bound[future] = others
+        return future
+
+    def some(self, waiting):
+        """As many of those that wait as there is room for, sent."""
+        room = max(LEAST_WINDOW, WINDOW * len(self.client.scheduler_info()["workers"])) - len(self.flying)
+        return [self.send(order) for _, order in zip(range(room), waiting, strict=False)]
+
+    def lost(self):
+        """Those that wait for workers that are gone, all, sent to any."""
+        here = set(self.client.nthreads()) if self.bound else set()
+        return [self._anew(future) for future, others in list(self.bound.items()) if not here & set(others)]
+
+    def _anew(self, future):
+        order = self.landed(future)
+        assert order
+        self.tries[order.task.key].append("")  # so that it is another key
+        future.cancel()
+        return self.send(order)
+
+    def landed(self, future):
+        """The order of a future that has ended; None where it has been sent anew."""
+        self.bound.pop(future, None)
+        return self.flying.pop(future, None)
+
+
 def _through(client, orders, folder, watch, threads, mixed):
-    """Send orders through a client of Dask, some at a time, and yield them as they end."""
+    """Send orders through a client of Dask, and yield them as they end."""
     from distributed import as_completed  # pyright: ignore[reportMissingImports]
 
     known = {order.task.key: order for order in orders}
@@ -231,30 +281,32 @@ def _through(client, orders, folder, watch, threads, mixed):
                 watch.began(f"worker {said['worker']}", order)
 
     client.subscribe_topic(worker.TOPIC, hear)
-    waiting = iter(orders)
-    tries: dict[str, int] = {}
-    flying: dict[Any, Order] = {}
-
-    def send(order):
-        tries[order.task.key] = tries.get(order.task.key, 0) + 1
-        text = json.dumps(order.record(folder, threads=threads, mixed=mixed))
-        future = client.submit(worker.carry_out, text, pure=False, key=f"{order.task.key}/{tries[order.task.key]}")
-        flying[future] = order
-        return future
-
-    def some():
-        room = max(LEAST_WINDOW, WINDOW * len(client.scheduler_info()["workers"])) - len(flying)
-        return [send(order) for _, order in zip(range(room), waiting, strict=False)]
-
-    ended = as_completed(some())
-    for future in ended:
-        order = flying.pop(future)
-        outcome = _outcome(future, order)
-        if outcome.problem and outcome.again and tries[order.task.key] < TRIES:
-            ended.add(send(order))
+    waiting, flight = iter(orders), _Flight(client, folder, threads, mixed)
+    ended = as_completed(flight.some(waiting))
+    for future in _each(ended, flight.lost):
+        order = flight.landed(future)
+        if order is None:
             continue
-        ended.update(some())
+        outcome, where = _outcome(future, order)
+        been = flight.tries[order.task.key]
+        been.append(where)
+        if outcome.problem and outcome.again and len(been) < TRIES:
+            ended.add(flight.send(order))
+            continue
+        ended.update(flight.some(waiting))
         yield order, outcome
+
+
+def _each(ended, more):
+    """The futures of an as_completed as they end, with those that more() gives now and then."""
+    while not ended.is_empty():
+        until = time.monotonic() + AGAIN
+        while not ended.has_ready() and time.monotonic() < until:
+            time.sleep(LOOK)
+        if ended.has_ready():
+            yield next(ended)
+        else:
+            ended.update(more())
 
 
 def _outcome(future, order):
@@ -262,5 +314,6 @@ def _outcome(future, order):
         raise RuntimeError("the scheduler is gone; what is done is kept, and the same command goes on from there.")
     if future.status == "error":
         told = " ".join(str(future.exception()).split())
-        return Outcome(order.task.key, 0.0, f"the worker that rendered it went away: {told}")
-    return Outcome(**json.loads(future.result()))
+        return Outcome(order.task.key, 0.0, f"the worker that rendered it went away: {told}"), ""
+    said = json.loads(future.result())
+    return Outcome(*(said[field] for field in Outcome._fields)), said["worker"]

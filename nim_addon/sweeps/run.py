@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -14,6 +15,8 @@ from .children import Outcome
 from .orders import Engine, Order
 from .plan import Task, pictures
 from .state import SAMPLE, State
+
+PATIENCE = 60  # seconds until what another machine has written must be seen here
 
 Ended = Callable[[Order, Outcome], object]
 
@@ -51,14 +54,25 @@ def render(
 
 def _carry_out(orders, folder, engine, state, ended):
     state.total += len(orders)
-    problems = []
+    problems, done = [], []
     for order, outcome in engine(orders, folder, state) if orders else ():
         state.ended(outcome.problem)
         if outcome.problem:
             problems.append(Problem(order.task, outcome.problem))
+        else:
+            done.append(order.task)
         if ended:
             ended(order, outcome)
-    return problems
+    unseen = f"it was rendered, but is not in {folder} here; name a folder with --out that all machines share."
+    return problems + [Problem(task, unseen) for task in _unseen(folder, done)]
+
+
+def _unseen(folder, tasks):
+    """Those of tasks that were carried out that are not there, once a folder of the network has had time to show them."""
+    until = time.monotonic() + PATIENCE
+    while (missing := results.to_do(folder, tasks)) and time.monotonic() < until:
+        time.sleep(1)
+    return missing
 
 
 def collect(

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ..base.files import whole
-from ..cycles.images import image_of, named
+from ..cycles.images import image_of, write_whole
 from ..renders.montage import captioned, grid
 from . import results
 from .plan import Task
@@ -45,12 +45,7 @@ def write(folder: str | Path, pictures: Sequence[Task]) -> Path:
     pixels = np.ascontiguousarray(grid(cells, columns))
     sheet = oiio.ImageBuf(oiio.ImageSpec(pixels.shape[1], pixels.shape[0], 3, oiio.UINT8))
     sheet.set_pixels(sheet.roi, pixels)
-    return whole(Path(folder).expanduser() / FILE, lambda part: _write(sheet, part))
-
-
-def _write(sheet, part):
-    if not sheet.write(named(part)):
-        raise OSError(f"cannot write {FILE}: {sheet.geterror()}.")
+    return whole(Path(folder).expanduser() / FILE, lambda part: write_whole(sheet, part))
 
 
 def _cell(png, task, width):

@@ -13,7 +13,7 @@ import time
 from pathlib import Path
 
 from . import PLAN
-from .children import Child
+from .children import Child, Outcome
 
 TOPIC = "nimray"  # of the events that tell how far a worker is
 EVERY, LOOK = 1.0, 0.1  # seconds between two of them, and between two looks whether the task is still wanted
@@ -23,7 +23,10 @@ _child: Child | None = None
 
 
 def carry_out(text: str) -> str:
-    """Carry out an order of sweeps.child, as JSON; returns as JSON how it went. It ends where the task is cancelled."""
+    """Carry out an order of sweeps.child, as JSON; returns as JSON how it went, and with which worker.
+
+    It ends where the task is cancelled.
+    """
     from distributed import get_worker  # pyright: ignore[reportMissingImports]
 
     global _child
@@ -32,7 +35,8 @@ def carry_out(text: str) -> str:
     key = order["task"]["key"]
     if not (Path(order["folder"]) / PLAN).is_file():
         problem = f"the worker {worker.name} does not see {order['folder']}; name a folder with --out that all machines share."
-        return json.dumps({"key": key, "seconds": 0.0, "problem": problem, "again": False})
+        outcome = Outcome(key, 0.0, problem)
+        return json.dumps({**outcome._asdict(), "worker": worker.address})
     _child = child = _child or Child("")
     task, over, said = worker.get_current_task(), threading.Event(), 0.0
 
@@ -59,4 +63,4 @@ def carry_out(text: str) -> str:
     finally:
         over.set()
         looker.join()
-    return json.dumps(outcome._asdict())
+    return json.dumps({**outcome._asdict(), "worker": worker.address})

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from nim_addon.sweeps import cluster, export, plan, results
+from nim_addon.sweeps import cluster, export, plan, results, run
 
 distributed = pytest.importorskip("distributed")
 ROOT = Path(__file__).parents[2]
@@ -20,14 +20,18 @@ PACKAGE = {"PYTHONPATH": str(ROOT)}
 ENVIRONMENT = {**os.environ, **PACKAGE}
 
 
-def standing(*words):
-    """A process of Dask, and the address that it says it listens on."""
+def standing(*words, before=(), protocol="tcp"):
+    """A process of Dask, and the address that it says it listens on; `before`: words that start it."""
     process = subprocess.Popen(
-        [sys.executable, "-m", *words], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, env=ENVIRONMENT
+        [*before, sys.executable, "-m", *words],
+        stderr=subprocess.PIPE,
+        stdout=subprocess.DEVNULL,
+        text=True,
+        env={**os.environ, **PACKAGE},
     )
     for line in process.stderr:
-        if "tcp://" in line:
-            return process, "tcp://" + line.rpartition("tcp://")[2].strip()
+        if f"{protocol}://" in line:
+            return process, f"{protocol}://" + line.rpartition(f"{protocol}://")[2].strip()
     raise AssertionError("it ended")
 
 
@@ -155,6 +159,46 @@ def test_a_folder_that_workers_do_not_share(spheres, sweep, tmp_path, scheduler)
     tasks = spheres(-1)  # whose plan is not written where they look
     (problem,), _ = sweep(tasks, cluster.engine("dask", scheduler[1]))
     assert f"does not see {tmp_path}; name a folder with --out that all machines share" in problem.problem
+
+
+@pytest.mark.skipif(not shutil.which("unshare") or os.geteuid() != 0, reason="needs mounts of its own, and root")
+def test_a_worker_whose_disk_is_full(spheres, sweep, tmp_path, scheduler):
+    """What it cannot write, another writes."""
+    (tmp_path / "images").mkdir()
+    small = ["unshare", "-m", "bash", "-c", f'mount -t tmpfs -o size=8k tmpfs {tmp_path}/images; exec "$@"', "bash"]
+    words = ("distributed.cli.dask_worker", scheduler[1], "--nthreads", "1", "--host", "127.0.0.1", "--no-dashboard")
+    full, _ = standing(*words, before=small)
+    try:
+        tasks = spheres(*(-1 - place / 10 for place in range(8)))
+        plan.write(tmp_path, tasks)
+        problems, at = sweep(tasks, cluster.engine("dask", scheduler[1]))
+        assert len(at.record()["workers"]) == 2
+        assert (problems, at.done) == ([], 8) and results.to_do(tmp_path, tasks) == []
+    finally:
+        full.send_signal(signal.SIGINT)
+        full.wait(20)
+
+
+@pytest.mark.skipif(not shutil.which("unshare") or os.geteuid() != 0, reason="needs mounts of its own, and root")
+def test_a_worker_whose_pictures_are_not_seen_here(spheres, sweep, tmp_path, monkeypatch):
+    """It sees the plan, and writes into a folder that is another, though it is called the same."""
+    monkeypatch.setattr(run, "PATIENCE", 1)
+    (tmp_path / "images").mkdir()
+    stands, address = standing(
+        "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--no-show"
+    )
+    other = ["unshare", "-m", "bash", "-c", f'mount -t tmpfs tmpfs {tmp_path}/images; exec "$@"', "bash"]
+    words = ("distributed.cli.dask_worker", address, "--nthreads", "1", "--host", "127.0.0.1", "--no-dashboard")
+    apart, _ = standing(*words, before=other)
+    try:
+        tasks = spheres(-1)
+        plan.write(tmp_path, tasks)
+        (problem,), _ = sweep(tasks, cluster.engine("dask", address))
+        assert f"it was rendered, but is not in {tmp_path} here" in problem.problem
+    finally:
+        for process in (apart, stands):
+            process.send_signal(signal.SIGINT)
+            process.wait(20)
 
 
 def test_without_dask_it_says_what_to_install(spheres, sweep, monkeypatch):

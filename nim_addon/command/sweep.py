@@ -32,7 +32,12 @@ if TYPE_CHECKING:
 
 WITHOUT_ASKING = 100_000  # tasks of a plan
 NAMED = 5  # points, or problems, that are named one by one
+OUT = "sweep"  # folder, where nobody names one
 PLACES = ("local", "dask", "slurm")
+MAKING = (
+    *("vary", "csv", "frames", "wavelengths", "split", "scene", "assignments", "samples", "size", "seed", "backend"),
+    *("spectral", "spectral_passes", "wavelength", "denoise", "caustics", "photons"),
+)  # options of which a plan is made
 ADDRESS = re.compile(r"(?:(?:tcp|tls)://)?(?:[\w.-]+|\[[\da-fA-F:.]+\]):(\d{1,5})")  # of a scheduler, as Dask takes it
 
 
@@ -57,7 +62,7 @@ def add_to(commands: argparse._SubParsersAction) -> None:
     )
     _add_plan(parser.add_argument)
     _add_act(parser.add_argument)
-    add_options(parser, out="sweep", named=False)
+    add_options(parser, out=OUT, named=False)
 
 
 def _add_plan(add: Callable) -> None:
@@ -223,15 +228,21 @@ def _check(arguments):
     _check_engine(arguments, place, address)
     if arguments.lines and not what.endswith(".jsonl"):
         raise UsageError("--lines is of a plan; give a plan.jsonl.")
-    making = [
-        name for name in ("vary", "csv", "frames", "wavelengths", "split", "assignments") if getattr(arguments, name)
-    ]
-    if what.endswith(".jsonl") and making:
-        raise UsageError(
-            f"a plan has its own values; leave --{making[0].replace('assignments', 'set')} out, or edit it."
-        )
+    if what.endswith(".jsonl"):
+        _check_plan(arguments)
     if not what.endswith((".jsonl", ".blend")) and arguments.scene:
         raise UsageError("--scene names one of a .blend.")
+
+
+def _check_plan(arguments):
+    """Refuse what is of a plan's making, where there is one."""
+    given = [name for name in MAKING if getattr(arguments, name) is not None and getattr(arguments, name) != []]
+    given += [name for name in ("zip", "strict") if getattr(arguments, name)]
+    if given:
+        option = given[0].replace("assignments", "set").replace("_", "-")
+        raise UsageError(f"a plan has its own values; leave --{option} out, or edit it.")
+    if arguments.out != OUT:
+        raise UsageError("a plan lies in the folder of its sweep, which is written to; leave --out out, or move it.")
 
 
 def _check_engine(arguments, place, address):

@@ -8,12 +8,14 @@ reach it an interface must be named, and then it speaks TLS only.
 from __future__ import annotations
 
 import contextlib
+import importlib.util
 import json
 import os
 import subprocess
 import sys
 import tempfile
 import time
+import warnings
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -28,6 +30,7 @@ TRIES = 3  # of an order, before it is left
 PATIENCE = 10  # seconds for a scheduler to answer
 LOOK, AGAIN = 0.02, 5.0  # seconds between two looks whether an order has ended, and whether workers are still there
 LOCAL = "127.0.0.1"
+PAGES = f"{LOCAL}:0"  # of schedulers and workers, which anybody may read: for this machine, at any port
 INSTALL = "pip install 'nim-addon[many]'"
 
 
@@ -72,15 +75,14 @@ class Cluster:
 
         with contextlib.ExitStack() as stack:
             where = stack.enter_context(self._cluster(folder))
-            try:
-                client = stack.enter_context(Client(where, timeout=PATIENCE, **self._security()))
-            except OSError as error:
-                certificates = ", and with certificates of the same authority" if self.address[:4] == "tls:" else ""
-                raise RuntimeError(
-                    f"the scheduler {self.address} does not answer; see whether it runs there{certificates}."
-                ) from error
-            if self.address:
-                _check_versions(client, self.address)
+            if not self.address:
+                yield stack.enter_context(Client(where, timeout=PATIENCE))
+                return
+            with warnings.catch_warnings(record=True) as warned:
+                warnings.simplefilter("always")
+                client = stack.enter_context(_connected(self.address, **self._security()))
+            for warning in warned:
+                _check_versions(str(warning.message), self.address)
             yield client
 
     def _security(self) -> dict[str, Any]:
@@ -92,29 +94,29 @@ class Cluster:
         if self.address:
             yield self.address
         elif self.place == "dask":
-            with self._here() as cluster:
+            with self.here() as cluster:
                 yield cluster
         else:
             with self._queue(folder) as cluster:
                 yield cluster
 
     @contextlib.contextmanager
-    def _here(self):
+    def here(self) -> Iterator[Any]:
+        """A scheduler on this machine with its workers."""
         from distributed import LocalCluster  # pyright: ignore[reportMissingImports]
 
         more: dict[str, Any] = {"interface": self.interface, "security": True} if self.interface else {"host": LOCAL}
-        # its pages, which anybody may read, are for this machine, at any port
-        more |= {"dashboard_address": None, "scheduler_kwargs": {"dashboard_address": f"{LOCAL}:0"}, "silence_logs": 50}
-        _blender_before_its_scripts()
-        with contextlib.ExitStack() as stack:
-            try:
-                cluster = LocalCluster(n_workers=self.workers, threads_per_worker=1, **more)
-            except RuntimeError as error:
-                raise RuntimeError(
-                    "the workers of Dask do not start; a script that has them started needs if __name__ == '__main__': "
-                    "before all that it does, as they import it."
-                ) from error
-            yield stack.enter_context(cluster)
+        more |= {"dashboard_address": None, "worker_dashboard_address": PAGES, "silence_logs": 50}
+        with (
+            _script_not_imported(),
+            LocalCluster(
+                n_workers=self.workers,
+                threads_per_worker=1,
+                scheduler_kwargs={"dashboard_address": PAGES},
+                **more,
+            ) as cluster,
+        ):
+            yield cluster
 
     @contextlib.contextmanager
     def _queue(self, folder):
@@ -134,7 +136,8 @@ class Cluster:
             log_directory=str(shared),
             job_script_prologue=export.prologue(),
             job_extra_directives=self.options,
-            scheduler_options={"dashboard_address": None},
+            scheduler_options={"dashboard_address": PAGES, "dashboard": False},
+            worker_extra_args=["--no-dashboard", "--dashboard-address", PAGES],
             **security,
         ) as cluster:
             check_queue(cluster.job_script())
@@ -157,13 +160,21 @@ def _installed():
         ) from None
 
 
-def _blender_before_its_scripts():
-    """Let processes that take over sys.path find Blender, before what is called bpy, too, among its own scripts."""
-    if "bpy" in sys.modules:
-        import bpy
+@contextlib.contextmanager
+def _script_not_imported():
+    """Within, processes that this one spawns do not import the script that it runs, of which workers need nothing.
 
-        scripts = bpy.utils.system_resource("SCRIPTS")
-        sys.path.sort(key=lambda entry: entry.startswith(scripts))
+    It may import Blender, which they do not find, as Blender's own scripts come first in the sys.path that they take over;
+    and one that has no `if __name__ == "__main__":` would be carried out once more.
+    """
+    script = sys.modules["__main__"].__dict__
+    former = {name: script[name] for name in ("__spec__", "__file__") if name in script}
+    script["__spec__"] = None
+    script.pop("__file__", None)
+    try:
+        yield
+    finally:
+        script.update(former)
 
 
 def _own_certificates(address):
@@ -181,7 +192,9 @@ def _own_certificates(address):
         security.get_connection_args("client")
     except OSError as error:  # also of what is no certificate
         reason = error.strerror or error
-        raise RuntimeError(f"{told}, and those of Dask's settings, {', '.join(names)}, cannot be read: {reason}.") from None
+        raise RuntimeError(
+            f"{told}, and those of Dask's settings, {', '.join(names)}, cannot be read: {reason}."
+        ) from None
     return security
 
 
@@ -194,16 +207,43 @@ def _certificates():
 def _check_interface(name):
     import psutil  # pyright: ignore[reportMissingImports, reportMissingModuleSource]
 
-    if name is not None and name not in (known := psutil.net_if_addrs()):
+    if name is None:
+        return
+    if name not in (known := psutil.net_if_addrs()):
         raise RuntimeError(f"there is no network interface {name!r} here; the ones that exist are {', '.join(known)}.")
+    if not importlib.util.find_spec("cryptography"):
+        raise RuntimeError("--interface needs certificates, which cryptography makes: pip install cryptography.")
 
 
-def _check_versions(client, address):
+def _connected(address, **security):
+    """A Client of a scheduler that stands; RuntimeError, one sentence, where it cannot be."""
+    from distributed import Client  # pyright: ignore[reportMissingImports]
+
     try:
-        client.get_versions(check=True)
-    except ValueError as error:
+        return Client(address, timeout=PATIENCE, **security)
+    except OSError as error:
+        certificates = ", and with certificates of the same authority" if security else ""
+        raise RuntimeError(
+            f"the scheduler {address} does not answer; see whether it runs there{certificates}."
+        ) from error
+    except Exception as error:  # anything, where it speaks otherwise
         told = " ".join(str(error).split())
-        raise RuntimeError(f"the scheduler {address} has other versions than this machine: {told}") from None
+        raise RuntimeError(
+            f"the scheduler {address} is not understood; see whether it is one of Dask, in the version that is here: {told}."
+        ) from error
+
+
+def _check_versions(said, address):
+    """Raise RuntimeError, one sentence, where Dask says in a table that scheduler or workers have others."""
+    if "Mismatched versions" not in said:
+        return
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in said.splitlines() if line[:1] == "|"]
+    told = ", ".join(
+        f"{name} ({here} here, {there} there, workers {workers})" for name, here, there, workers in rows[1:]
+    )
+    raise RuntimeError(
+        f"the scheduler {address} or its workers have other versions than this machine: {told}; install the same everywhere."
+    )
 
 
 def check_queue(script: str) -> None:

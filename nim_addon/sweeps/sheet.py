@@ -28,7 +28,11 @@ def columns_of(pictures: Sequence[Task]) -> int:
         last = list(pictures[0].values)[-1]
         texts = [task.values.get(last) for task in pictures]
         period = next((place for place in range(1, count) if texts[place] == texts[0]), count)
-        if period * LEAST <= WIDEST and count % period == 0 and all(texts[place] == texts[place % period] for place in range(count)):
+        if (
+            period * LEAST <= WIDEST
+            and count % period == 0
+            and all(texts[place] == texts[place % period] for place in range(count))
+        ):
             return period
     return max(1, math.ceil(math.sqrt(count)))
 

@@ -5,6 +5,7 @@ import json
 import os
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -15,15 +16,17 @@ import pytest
 from nim_addon.sweeps import cluster, export, plan, results, run
 
 distributed = pytest.importorskip("distributed")
+dask = pytest.importorskip("dask")
+psutil = pytest.importorskip("psutil")
 ROOT = Path(__file__).parents[2]
 PACKAGE = {"PYTHONPATH": str(ROOT)}
 ENVIRONMENT = {**os.environ, **PACKAGE}
 
 
-def standing(*words, before=(), protocol="tcp"):
+def standing(*words, before=(), protocol="tcp", how="-m"):
     """A process of Dask, and the address that it says it listens on; `before`: words that start it."""
     process = subprocess.Popen(
-        [*before, sys.executable, "-m", *words],
+        [*before, sys.executable, how, *words],
         stderr=subprocess.PIPE,
         stdout=subprocess.DEVNULL,
         text=True,
@@ -146,13 +149,35 @@ def test_a_scheduler_that_does_not_answer(spheres, sweep, monkeypatch):
         sweep(spheres(-1), cluster.engine("dask", "tcp://127.0.0.1:9"))
 
 
-def test_a_scheduler_of_other_versions(spheres, sweep, scheduler, monkeypatch):
-    def other(self, check=False, packages=None):
-        raise ValueError("Mismatched versions found\n\n| Package | Client |")
+def stands(code):
+    """A scheduler of Dask that Python code has changed before, within `with`: its address."""
+    words = ["--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--no-show"]
+    run = f"import sys; {code}; sys.argv[1:] = {words}; from distributed.cli.dask_scheduler import main; main()"
+    return standing(run, how="-c")
 
-    monkeypatch.setattr(distributed.Client, "get_versions", other)
-    with pytest.raises(RuntimeError, match="has other versions than this machine: Mismatched versions found"):
-        sweep(spheres(-1), cluster.engine("dask", scheduler[1]))
+
+@pytest.mark.parametrize(
+    ("code", "told"),
+    [
+        (
+            "import distributed.versions as v; v._version_cached = lambda package, former=v._version_cached: "
+            "'1.0' if package == 'toolz' else former(package)",
+            r"or its workers have other versions than this machine: toolz \([\d.]+ here, 1.0 there, workers None\); install",
+        ),
+        (
+            "import distributed; distributed.Scheduler.identity = lambda self: {}",
+            "is not understood; see whether it is one of Dask, in the version that is here: .*unexpected keyword",
+        ),
+    ],
+    ids=["of a package", "of Dask"],
+)
+def test_a_scheduler_of_other_versions(spheres, sweep, code, told):
+    process, address = stands(code)
+    try:
+        with pytest.raises(RuntimeError, match=told):
+            sweep(spheres(-1), cluster.engine("dask", address))
+    finally:
+        process.kill()
 
 
 def test_a_folder_that_workers_do_not_share(spheres, sweep, tmp_path, scheduler):
@@ -199,6 +224,114 @@ def test_a_worker_whose_pictures_are_not_seen_here(spheres, sweep, tmp_path, mon
         for process in (apart, stands):
             process.send_signal(signal.SIGINT)
             process.wait(20)
+
+
+@pytest.mark.skipif(not shutil.which("openssl"), reason="needs openssl, which makes certificates")
+def test_a_scheduler_with_certificates_of_ones_own(spheres, sweep, tmp_path):
+    """They are those of Dask's settings; without them, or with others, it is said."""
+    ours, others = (_certificates(tmp_path / who) for who in ("ours", "others"))
+    words = [
+        word for name, file in zip(("ca-file", "cert", "key"), ours, strict=True) for word in (f"--tls-{name}", file)
+    ]
+    stands, address = standing(
+        *("distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--no-show"),
+        *("--protocol", "tls", *words),
+        protocol="tls",
+    )
+    worker, _ = standing(
+        *("distributed.cli.dask_worker", address, "--nthreads", "1", "--host", "127.0.0.1", "--no-dashboard", *words),
+        protocol="tls",
+    )
+
+    def with_certificates(authority, certificate, key):
+        tls = {"ca-file": authority, "client.cert": certificate, "client.key": key}
+        with dask.config.set({f"distributed.comm.tls.{name}": file for name, file in tls.items()}):
+            return sweep(tasks, cluster.engine("dask", address))
+
+    tasks = spheres(-1)
+    plan.write(tmp_path, tasks)
+    try:
+        for certificates, told in [
+            ((None, None, None), "wants certificates, which Dask's settings do not name"),
+            ((*ours[:2], others[2]), "cannot be read"),
+            (others, "does not answer; see whether it runs there, and with certificates of the same authority"),
+        ]:
+            with pytest.raises(RuntimeError, match=told):
+                with_certificates(*certificates)
+        assert with_certificates(*ours)[0] == [] and results.to_do(tmp_path, tasks) == []
+    finally:
+        for process in (worker, stands):
+            process.send_signal(signal.SIGINT)
+            process.wait(20)
+
+
+def _certificates(folder):
+    """The certificate of an authority of its own, and one by it with its key: files."""
+    folder.mkdir()
+
+    def openssl(*words):
+        subprocess.run(["openssl", *words], check=True, capture_output=True, cwd=folder)
+
+    new = ("-newkey", "rsa:2048", "-nodes", "-subj")
+    openssl("req", "-x509", *new, "/CN=authority", "-keyout", "ca.key", "-out", "ca.pem")
+    openssl("req", *new, "/CN=machine", "-keyout", "own.key", "-out", "own.csr")
+    openssl(
+        *("x509", "-req", "-in", "own.csr", "-CA", "ca.pem", "-CAkey", "ca.key", "-CAcreateserial", "-out", "own.pem")
+    )
+    return tuple(str(folder / name) for name in ("ca.pem", "own.pem", "own.key"))
+
+
+SCRIPT = """
+import bpy
+from pathlib import Path
+from nim_addon.base import signals
+from nim_addon.sweeps import cluster, plan, results, run, state
+folder = Path({folder!r})
+tasks = plan.read(folder / "plan.jsonl")
+engine = cluster.engine("dask", workers=1)
+problems = run.carry_out(tasks, folder, engine, state.State(folder, 0), engine)
+signals.leave(len(problems) + len(results.to_do(folder, tasks)))
+"""
+
+
+def test_a_script_that_imports_blender_may_have_workers_started(spheres, tmp_path):
+    """Also one that does not ask whether it is the one that runs."""
+    plan.write(tmp_path, spheres(-1))
+    script = tmp_path / "script.py"
+    script.write_text(SCRIPT.format(folder=str(tmp_path)))
+    subprocess.run([sys.executable, script], check=True, timeout=200, env={**os.environ, **PACKAGE})
+
+
+def test_a_network_interface_that_is_not_there(spheres, sweep):
+    for place in ("dask", "slurm"):
+        with pytest.raises(RuntimeError, match=r"there is no network interface 'none0' here; the ones .*lo"):
+            sweep(spheres(-1), cluster.engine(place, interface="none0"))
+
+
+def test_the_pages_of_a_scheduler_are_for_this_machine():
+    """Of one that others reach, too; what anybody may read there is not for them."""
+    pytest.importorskip("cryptography")
+    found = {
+        name: address.address
+        for name, addresses in psutil.net_if_addrs().items()
+        for address in addresses
+        if address.family == socket.AF_INET and not address.address.startswith("127.")
+    }
+    if not found:
+        pytest.skip("needs a network")
+    name, address = next(iter(found.items()))
+    with cluster.Cluster("dask", workers=1, interface=name).here() as here:
+        assert here.scheduler_address.startswith(f"tls://{address}:")
+        (own,) = here.scheduler.workers.values()
+        workers = [psutil.Process(pid) for pid in pids_of(os.getpid()) if _runs(pid, "spawn_main")]
+        listening = {
+            entry.laddr.ip
+            for process in (psutil.Process(), *workers)
+            for entry in process.net_connections("inet")
+            if entry.status == psutil.CONN_LISTEN
+        }
+        assert listening == {address, "127.0.0.1"} and here.scheduler.http_server.address == "127.0.0.1"
+        assert own.services["dashboard"] and own.address.startswith(f"tls://{address}:")
 
 
 def test_without_dask_it_says_what_to_install(spheres, sweep, monkeypatch):

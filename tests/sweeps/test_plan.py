@@ -95,7 +95,10 @@ def test_a_plan_may_be_edited(tmp_path):
         (lambda line: line.replace('"samples": 8', '"samples": "many"'), "line 2 of plan.jsonl records samples"),
         (lambda line: line.replace('"key"', '"part": [3, 9], "key"'), "line 2 of plan.jsonl has part"),
         (lambda line: line.replace('"key"', '"colour": 3, "key"'), "line 2 of plan.jsonl has colour"),
-        (lambda line: line.replace('"n": "-2"', r'"n": "\udcff"'), "line 2 of plan.jsonl has values that are no Unicode"),
+        (
+            lambda line: line.replace('"n": "-2"', r'"n": "\udcff"'),
+            "line 2 of plan.jsonl has values that are no Unicode",
+        ),
     ],
 )
 def test_a_plan_that_was_edited_into_nonsense(tmp_path, edit, told):

@@ -42,6 +42,7 @@ __all__ = [
     "set_neutral",
     "set_stratum",
     "set_up",
+    "tells",
     "undo",
     "unweighted",
     "weighted",
@@ -114,18 +115,22 @@ def set_up(scene: bpy.types.Scene, backend: str = "auto") -> Done:
     """
     resolve(backend)  # raises, if it must, before anything is changed
     with as_rendered(scene) as depsgraph:
-        meshes = list(dict.fromkeys(surface.original for surface in shown(scene, depsgraph)))
-        materials = {material for surface in shown(scene, depsgraph) for material in surface.materials if material}
+        worn: dict[bpy.types.Object, set[bpy.types.Material]] = {}
+        for surface in shown(scene, depsgraph):
+            worn.setdefault(surface.original, set()).update(filter(None, surface.materials))
         shining = lamps(scene, depsgraph)
+    for obj in (
+        obj for obj in scene.objects if obj.get(CAUSTICS_MARK)
+    ):  # which stand for others while caustics are baked
+        if obj.type == "LIGHT":
+            shining.append(obj)
+        else:
+            worn.setdefault(obj, set()).update(slot.material for slot in obj.material_slots if slot.material)
+    materials = set().union(*worn.values())
     backend = _backend_of(scene, materials) if backend == "auto" else backend
     if not is_spectral(scene):
         _keep_settings(scene)
     open_shutter(scene)
-    for obj in (
-        obj for obj in scene.objects if obj.get(CAUSTICS_MARK)
-    ):  # which stand for others while caustics are baked
-        (shining if obj.type == "LIGHT" else meshes).append(obj)
-        materials.update(slot.material for slot in obj.material_slots if slot.material)
     # nodes cannot tell a sky the time, OSL can
     above = "osl" if osl_available() and device_runs_osl(scene) else backend
     lamps_by = backend if lamps_drift() else above
@@ -139,12 +144,26 @@ def set_up(scene: bpy.types.Scene, backend: str = "auto") -> Done:
     wavelength.set_clear_paths(white=not scattering())
     if "osl" in (backend, above if weighed.sky else backend, lamps_by if weighed.lamps else backend):
         put(scene, "cycles.shading_system", True)
-    drifting = list(dict.fromkeys((*meshes, *shining))) if backend == "nodes" else []
-    for obj in set(scene.objects).union(meshes, shining).difference(drifting):
+    # what moves takes Cycles longer to meet, so nothing does without need
+    telling = {material for material in materials if tells(material)} if backend == "nodes" else set()
+    drifting = [obj for obj in worn if not worn[obj].isdisjoint(telling)]
+    if backend == "nodes":
+        drifting += [lamp for lamp in dict.fromkeys(shining) if tells(lamp.data)]
+    for obj in set(scene.objects).union(worn, shining).difference(drifting):
         hold(obj)
     let_drift(scene, drifting)
     scene[DONE] = list(map(int, weighed))
     return weighed
+
+
+def tells(owner: Owner, backend: str = "nodes") -> bool:
+    """Whether what is drawn with a material, lamp or sky depends on the wavelength, told by that backend."""
+    sockets = ("Surface", "Volume") if isinstance(owner, bpy.types.Material) else ("Surface",)
+    return any(
+        SHUTTER.is_node(node) and SHUTTER.backend_of(node.node_tree) == backend
+        for socket in sockets
+        for node, _ in asked(owner, socket)
+    )
 
 
 def scattering() -> list[bpy.types.Material]:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..physics import REPRESENTATIVE_NM, VISIBLE_NM
 from ..physics.colour import CURVE_POINTS, Wavelengths
-from .closures import SHUTTER
+from .closures import CLEAR_PATH, SHUTTER
 from .closures.backends import resolve
 from .nodes import Nodes
 
@@ -25,7 +25,6 @@ LABEL = "NIM Wavelength"
 WAVELENGTH, WEIGHT = "Wavelength", "Weight"  # its outputs: nanometres; linear RGB
 NEUTRAL, START, WIDTH = "Neutral wavelength", "Start of the stratum", "Width of the stratum"
 CLEAR = "1 if clear paths are white"
-DEPTHS = ("Glossy Depth", "Transmission Depth", "Transparent Depth")  # portals are transparent to Cycles
 
 
 def group(backend: str = "auto") -> bpy.types.NodeTree:
@@ -97,7 +96,8 @@ def _new_group(backend: str) -> bpy.types.NodeTree:
     ).description = "What light of this wavelength adds to a picture; all that shines is multiplied by it"
     nodes = Nodes(tree)
     shutter = SHUTTER.new_node(tree, backend)
-    nodes.added.append(shutter)
+    met = CLEAR_PATH.new_node(tree, backend)
+    nodes.added += [shutter, met]
     sampling = Wavelengths.by_importance()
 
     def value(name, number):
@@ -121,14 +121,11 @@ def _new_group(backend: str) -> bpy.types.NodeTree:
         label="or the neutral one",
     )
     weighted = _colour_curve(nodes, u, sampling.points)
-    met = nodes.add("ShaderNodeLightPath")
-    clear = value(CLEAR, 1.0)
-    for depth in DEPTHS:
-        clear = nodes.math("SUBTRACT", clear, met.outputs[depth])
+    clear = nodes.math("MULTIPLY", met.outputs["Clear"], value(CLEAR, 1.0))
     weight = nodes.add(
         "ShaderNodeMix",
         inputs={
-            "Factor_Float": nodes.math("MAXIMUM", still, clear),  # clamped by the node, from 0 to 1
+            "Factor_Float": nodes.math("MAXIMUM", still, clear),
             "A_Vector": weighted,
             "B_Vector": (1.0, 1.0, 1.0),
         },

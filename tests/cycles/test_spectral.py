@@ -115,6 +115,50 @@ def test_light_has_the_weight_of_its_wavelength_only_where_it_met_something_that
 
 
 @BACKENDS
+@pytest.mark.parametrize("sampled", ["NONE", "FRONT_BACK"])
+@pytest.mark.parametrize("met", [mirror, glass, nim, film], ids=lambda met: met.__name__)
+def test_a_path_that_met_something_has_its_wavelength_on_the_floors_it_meets_later(
+    stage, render, backend, met, sampled
+):
+    """A floor behind what is met, or a ceiling that a mirror shows, beside a lamp that is not in the picture."""
+    corners = [(-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0)]
+    thing = stage.mesh("Met", corners, [(0, 1, 2, 3)], met(stage), location=(1, 2, 2))
+    thing.visible_diffuse = thing.visible_shadow = False  # it is met once
+    floor = bpy.data.materials.new("Floor")
+    nodes = Nodes(empty_tree(floor))
+    nodes.end(nodes.add("ShaderNodeBsdfDiffuse"))
+    stage.mesh("Floor", corners, [(0, 1, 2, 3)], floor, location=(0, 0, 6 if met == mirror else 0))
+    glowing(stage, "Light", (2.2, 2, 5 if met == mirror else 1))
+    # light is found by bounces off the floor, or asked for there
+    bpy.data.materials["Light"].cycles.emission_sampling = sampled
+    stage.scene.cycles.samples = 64
+    spectral.set_up(stage.scene, backend)
+    assert wavelength.clear_paths_are_white()
+    picture = render(stage.scene)
+    assert picture.mean() > 0 and np.ptp(picture, axis=2).max() > 0.02 * picture.max()
+
+
+@pytest.mark.parametrize("lit", ["lamp", "square"])
+def test_only_what_tells_the_wavelength_moves(stage, lit):
+    """What moves takes longer to meet: floors and plain glass stand still, whatever shines or disperses drifts."""
+    corners = [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]
+    stage.mesh("Glass", corners, [(0, 1, 2, 3)], facing(Medium(1.5)), location=(1, 2, 1))
+    stage.mesh("Prism", corners, [(0, 1, 2, 3)], facing(Medium.parse("n-bk7")), location=(1, 2, 2))
+    stage.mesh("Mirror", corners, [(0, 1, 2, 3)], mirror(None), location=(1, 2, 0))
+    if lit == "lamp":
+        stage.object("Light", bpy.data.lights.new("Light", "POINT"), location=(1, 2.8, 1))
+    else:
+        glowing(stage, "Light", (1, 2, 3))
+    spectral.set_up(stage.scene, "nodes")
+    moves = spectral.lamps_drift() or lit != "lamp"
+    assert {obj.name for obj in stage.scene.objects if "nim_drifts" in obj} == {"Prism"} | (
+        {"Light"} if moves else set()
+    )
+    spectral.undo(stage.scene)
+    assert not any("nim_drifts" in obj or "nim_spectral_held" in obj for obj in stage.scene.objects)
+
+
+@BACKENDS
 def test_a_floor_that_is_lit_has_no_noise_of_colour(stage, render, backend):
     obj, _ = glowing(stage, "Light", (1.8, 2, 2.0))
     stage.object("Lamp", bpy.data.lights.new("Lamp", "POINT"), location=(1, 2.8, 1))

@@ -28,6 +28,7 @@ ROOT = Path(__file__).parents[2]
 FINGERPRINTS = {
     "nim_interface": {"osl": "0b8dcb6184b816be", "nodes": "9bc4945530430932"},
     "nim_shutter": {"osl": "6a685c889f452bd9", "nodes": "a9e68e22ad0e4aa6"},
+    "nim_clear_path": {"osl": "f397775b73ea8c91", "nodes": "02ce0ae3dca101a9"},
     "nim_graded_ball": {"osl": "6b71c5a09e9e8618", "nodes": "3e3a6f198091004c"},
     "nim_lenslet_window": {"osl": "77f40c15e8e0deae", "nodes": "7743f727ded7db70"},
     "nim_uniaxial_slab": {"osl": "89a4f77a60c019f2", "nodes": "1f2d9689574d7153"},

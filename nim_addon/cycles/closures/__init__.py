@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import bpy
 
+from .clear_path import CLEAR_PATH
 from .closure import Closure, Socket, version_of
 from .graded_ball import GRADED_BALL
 from .graded_core import GRADED_CORE
@@ -17,6 +18,7 @@ from .shutter import SHUTTER
 from .uniaxial_slab import UNIAXIAL_SLAB
 
 __all__ = [
+    "CLEAR_PATH",
     "CLOSURES",
     "GRADED_BALL",
     "GRADED_CORE",
@@ -31,8 +33,8 @@ __all__ = [
     "version_of",
 ]
 
-# SHUTTER bends no light: it tells the others, and all that shines, which wavelength the path has
-CLOSURES = (INTERFACE, SHUTTER, GRADED_BALL, GRADED_CORE, LENSLET_WINDOW, UNIAXIAL_SLAB)
+# SHUTTER and CLEAR_PATH bend no light: they tell the others, and all that shines, what path it is
+CLOSURES = (INTERFACE, SHUTTER, CLEAR_PATH, GRADED_BALL, GRADED_CORE, LENSLET_WINDOW, UNIAXIAL_SLAB)
 
 
 def closure_of(tree: bpy.types.NodeTree | None) -> Closure | None:

@@ -16,7 +16,7 @@ import mathutils
 import numpy as np
 from numpy.typing import NDArray
 
-from ..cycles import meshes, settings, spectral
+from ..cycles import drift, meshes, settings, spectral
 from ..cycles.animation import curves_of
 from ..cycles.casting import Faces
 from ..cycles.closures import SHUTTER
@@ -137,8 +137,8 @@ class Tracer:
         if any(is_medium_node(node) for tree in self.bending.trees for node in tree.nodes):
             # a medium that disperses asks OSL for the wavelength, the neutral one too
             self.scene.cycles.shading_system = osl_available()
-        if self.wavelengths and spectral.drifts(self.source):
-            spectral.let_drift(self.scene, self.scene.objects)
+        if self.wavelengths and drift.drifts(self.source):
+            drift.let_drift(self.scene, self.scene.objects)
         self.target = lights.Target(np.concatenate(bent), np.concatenate(corners))
         self.camera = bpy.data.objects.new("NIM photons", bpy.data.cameras.new("NIM photons"))
         self.scene.collection.objects.link(self.camera)

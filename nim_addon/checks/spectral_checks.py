@@ -5,10 +5,11 @@ from __future__ import annotations
 
 import bpy
 
-from ..cycles import dispersive, spectral, wavelength
+from ..cycles import dispersive, drift, spectral, wavelength
 from ..cycles.animation import curves_of
 from ..cycles.closures import SHUTTER
 from ..cycles.closures.backends import osl_available
+from ..cycles.nodes import Owner
 from ..cycles.problem import LINKED, Problem
 from ..cycles.visibility import asked, has_nodes
 from .sight import Sight
@@ -71,7 +72,7 @@ def _moving(sight):
     start, end = scene.frame_current, scene.frame_current + scene.render.motion_blur_shutter
     names = []
     for obj in dict.fromkeys([*(shown.original for shown in sight.shown), *sight.lamps, scene.camera]):
-        # cameras move whether motion blur is theirs or not; spectral.hold() takes it from what need not tell the time
+        # cameras move whether motion blur is theirs or not; drift.hold() takes it from what need not tell the time
         if (
             obj is not None
             and (obj.type == "CAMERA" or obj.cycles.use_motion_blur)
@@ -117,11 +118,11 @@ def _light(sight):
             text = "{names}: its light has no wavelengths, and stays white where it is bent by what disperses."
             texts, remedy = ((text, LINKED), None) if linked else ((text,), "Set up anew")
             found.append(Problem("white_light", texts, {"names": ", ".join(names)}, remedy))
-    telling = {lamp for lamp in sight.lamps if spectral.tells(lamp.data)}
+    telling = {lamp for lamp in sight.lamps if _tells_by_nodes(lamp.data)}
     for shown in sight.shown:
-        if shown.single and any(material and spectral.tells(material) for material in shown.materials):
+        if shown.single and any(material and _tells_by_nodes(material) for material in shown.materials):
             telling.add(shown.original)
-    moved = sorted(obj.name for obj in telling if not spectral.is_at_rest(obj))
+    moved = sorted(obj.name for obj in telling if not drift.is_at_rest(obj))
     if moved:
         text = "{names}: it was moved, or made, since all wavelengths were set up, and cannot tell them."
         values = {"names": ", ".join(moved)}
@@ -142,9 +143,18 @@ def _shining(sight):
     return {material for shown in sight.shown for material in shown.materials if material}
 
 
+def _tells_by_nodes(owner: Owner) -> bool:
+    """Whether the nodes of a material, lamp or sky ask the place of the object for the wavelength."""
+    return _tells_by(owner, "nodes")
+
+
+def _tells_by(owner, backend):
+    return any(SHUTTER.is_node(node) and SHUTTER.backend_of(node.node_tree) == backend for node, _ in asked(owner))
+
+
 def _lamps(sight):
     """Lamps whose nodes are to tell the wavelength in a Blender that shows them one place at all times."""
-    names = sorted(lamp.name for lamp in sight.lamps if not spectral.lamps_drift() and spectral.tells(lamp.data))
+    names = sorted(lamp.name for lamp in sight.lamps if not drift.lamps_drift() and _tells_by_nodes(lamp.data))
     if not names:
         return []
     text = (
@@ -157,10 +167,10 @@ def _lamps(sight):
 def _sky(scene):
     if scene.world is None:
         return []
-    if not scene.cycles.shading_system and osl_available() and spectral.tells(scene.world, "osl"):
+    if not scene.cycles.shading_system and osl_available() and _tells_by(scene.world, "osl"):
         text = "Open Shading Language is off, by which the sky {name} tells the wavelengths: it is black."
         return [Problem("black_sky", (text,), {"name": scene.world.name}, "Turn on OSL")]
-    if not spectral.tells(scene.world):
+    if not _tells_by_nodes(scene.world):
         return []
     text = (
         "The sky {name} has no place, by which Blender's nodes could tell it the wavelength: its light stays white; use a "

@@ -8,19 +8,16 @@ written in the scene, so that undo() finds it.
 from __future__ import annotations
 
 import json
-import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import bpy
-import mathutils
 
 from ..physics import REPRESENTATIVE_NM
-from . import absorption, wavelength
-from .animation import curves_of
+from . import absorption, drift, wavelength
 from .closures import INTERFACE, SHUTTER
 from .closures.backends import device_runs_osl, osl_available, resolve
-from .closures.shutter import DRIFT, DRIFTS, REST
+from .drift import SHUTTER_TIME
 from .material import asked_interfaces, is_rough
 from .nodes import Owner, uses_nodes
 from .settings import put
@@ -30,19 +27,14 @@ from .wavelength import set_stratum
 __all__ = [
     "Done",
     "done",
-    "drifts",
-    "is_at_rest",
     "is_flat",
     "is_spectral",
     "is_weight",
-    "lamps_drift",
-    "let_drift",
     "open_shutter",
     "scattering",
     "set_neutral",
     "set_stratum",
     "set_up",
-    "tells",
     "undo",
     "unweighted",
     "weighted",
@@ -50,13 +42,8 @@ __all__ = [
 
 MARK = "nim_spectral"  # of a scene: what its settings were; of nodes: that they are ours
 DONE = "nim_spectral_done"  # of a scene: the numbers of Done
-FORMER = "nim_spectral_former"  # of an object that drifts: the axis of its delta location that does, and what that was
-HELD = "nim_spectral_held"  # of an object: it had motion blur, and has none as long as its scene is spectral
 DIM = "nim_spectral_dim"  # of a material: whether its triangles are lamps was for Cycles to choose
 LAMP = 0.5  # of light, from which on Cycles makes lamps of triangles (Shader::estimate_emission)
-SHUTTER_TIME = (
-    0.01  # of a frame: as little as Blender takes, since whatever moves is seen in another place by each colour
-)
 # Settings that let the time of a path be its wavelength; the curve of the shutter is flat besides.
 SETTINGS: dict[str, Any] = {
     "render.use_motion_blur": True,
@@ -115,25 +102,21 @@ def set_up(scene: bpy.types.Scene, backend: str = "auto") -> Done:
     """
     resolve(backend)  # raises, if it must, before anything is changed
     with as_rendered(scene) as depsgraph:
-        worn: dict[bpy.types.Object, set[bpy.types.Material]] = {}
-        for surface in shown(scene, depsgraph):
-            worn.setdefault(surface.original, set()).update(filter(None, surface.materials))
+        meshes = list(dict.fromkeys(surface.original for surface in shown(scene, depsgraph)))
+        materials = {material for surface in shown(scene, depsgraph) for material in surface.materials if material}
         shining = lamps(scene, depsgraph)
-    for obj in (
-        obj for obj in scene.objects if obj.get(CAUSTICS_MARK)
-    ):  # which stand for others while caustics are baked
-        if obj.type == "LIGHT":
-            shining.append(obj)
-        else:
-            worn.setdefault(obj, set()).update(slot.material for slot in obj.material_slots if slot.material)
-    materials = set().union(*worn.values())
     backend = _backend_of(scene, materials) if backend == "auto" else backend
     if not is_spectral(scene):
         _keep_settings(scene)
     open_shutter(scene)
+    for obj in (
+        obj for obj in scene.objects if obj.get(CAUSTICS_MARK)
+    ):  # which stand for others while caustics are baked
+        (shining if obj.type == "LIGHT" else meshes).append(obj)
+        materials.update(slot.material for slot in obj.material_slots if slot.material)
     # nodes cannot tell a sky the time, OSL can
     above = "osl" if osl_available() and device_runs_osl(scene) else backend
-    lamps_by = backend if lamps_drift() else above
+    lamps_by = backend if drift.lamps_drift() else above
     weighed = Done(
         sum(_weigh(light, lamps_by) for light in {lamp.data for lamp in shining}),
         sum(_weigh(material, backend) for material in materials),
@@ -144,26 +127,13 @@ def set_up(scene: bpy.types.Scene, backend: str = "auto") -> Done:
     wavelength.set_clear_paths(white=not scattering())
     if "osl" in (backend, above if weighed.sky else backend, lamps_by if weighed.lamps else backend):
         put(scene, "cycles.shading_system", True)
-    # what moves takes Cycles longer to meet, so nothing does without need
-    telling = {material for material in materials if tells(material)} if backend == "nodes" else set()
-    drifting = [obj for obj in worn if not worn[obj].isdisjoint(telling)]
-    if backend == "nodes":
-        drifting += [lamp for lamp in dict.fromkeys(shining) if tells(lamp.data)]
-    for obj in set(scene.objects).union(worn, shining).difference(drifting):
-        hold(obj)
-    let_drift(scene, drifting)
+    # all together, so that what touches still does
+    drifting = list(dict.fromkeys((*meshes, *shining))) if backend == "nodes" else []
+    for obj in set(scene.objects).union(meshes, shining).difference(drifting):
+        drift.hold(obj)
+    drift.let_drift(scene, drifting)
     scene[DONE] = list(map(int, weighed))
     return weighed
-
-
-def tells(owner: Owner, backend: str = "nodes") -> bool:
-    """Whether what is drawn with a material, lamp or sky depends on the wavelength, told by that backend."""
-    sockets = ("Surface", "Volume") if isinstance(owner, bpy.types.Material) else ("Surface",)
-    return any(
-        SHUTTER.is_node(node) and SHUTTER.backend_of(node.node_tree) == backend
-        for socket in sockets
-        for node, _ in asked(owner, socket)
-    )
 
 
 def scattering() -> list[bpy.types.Material]:
@@ -213,7 +183,7 @@ def undo(scene: bpy.types.Scene) -> None:
         if isinstance(owner, bpy.types.Material):
             absorption.show_neutral(owner)
     for obj in scene.objects:
-        _release(obj)
+        drift.release(obj)
     set_neutral()
     set_stratum()
     wavelength.set_clear_paths(white=True)
@@ -384,81 +354,3 @@ def _take_out(tree, product):
         else:
             target.default_value = first.default_value
     tree.nodes.remove(product)
-
-
-# ------------------------------------------------------------------------------------------------ what drifts
-
-
-def hold(obj: bpy.types.Object) -> None:
-    """Let an object stand still while the shutter is open, if it is not linked from another file.
-
-    What moves would be seen in another place by each colour. And what could move is made anew for every render, which for
-    the spheres of our scenes takes ten times as long as 64 samples of 64 x 64 pixels.
-    """
-    _release(obj)
-    if obj.cycles.use_motion_blur and not obj.library:
-        obj.cycles.use_motion_blur = False
-        obj[HELD] = True
-
-
-def let_drift(scene: bpy.types.Scene, objects: Iterable[bpy.types.Object]) -> None:
-    """Let objects of a scene drift by DRIFT metres while the shutter is open, so that nodes can tell the time.
-
-    They stand DRIFT metres off where they did, for as long: Blender 5 does not see the drift of what begins it at 0.
-    """
-    objects = [obj for obj in objects if not (is_at_rest(obj) or obj.library)]
-    for obj in objects:
-        _release(obj)
-        axis = _free_axis(obj)
-        if axis is None:
-            continue
-        way = mathutils.Vector.Fill(3)
-        way[axis] = 1
-        if obj.parent:
-            way = (obj.parent.matrix_world @ obj.matrix_parent_inverse).to_3x3() @ way
-        step = DRIFT / (way.length or math.inf)
-        obj[DRIFTS], obj[FORMER] = 1.0, [axis, obj.delta_location[axis]]
-        driver = obj.driver_add("delta_location", axis).driver
-        start = obj.delta_location[axis] + step
-        driver.expression = f"(frame - floor(frame)) * {step / SHUTTER_TIME:.9g} + {start:.9g}"
-    objects = [obj for obj in objects if DRIFTS in obj]
-    if objects:
-        with as_rendered(scene) as depsgraph:
-            for obj in objects:
-                obj[REST] = list(obj.evaluated_get(depsgraph).matrix_world.translation)
-
-
-def _free_axis(obj) -> int | None:
-    """An axis of an object's delta location that no keyframe and no driver moves; None where each has one."""
-    drivers = obj.animation_data.drivers if obj.animation_data else ()
-    moved = {curve.array_index for curve in drivers if curve.data_path == "delta_location"}
-    moved |= {curve.array_index for curve, _ in curves_of(obj) if curve.data_path == "delta_location"}
-    return next((axis for axis in (2, 1, 0) if axis not in moved), None)
-
-
-def lamps_drift() -> bool:
-    """Whether the nodes of a lamp see that it drifts: before Blender 4.5 they are told one place at all times."""
-    return bpy.app.version >= (4, 5)
-
-
-def is_at_rest(obj: bpy.types.Object) -> bool:
-    """Whether an object drifts, and stands where it did when it was let."""
-    return REST in obj and (obj.matrix_world.translation - mathutils.Vector(obj[REST])).length < DRIFT / 4
-
-
-def drifts(scene: bpy.types.Scene) -> bool:
-    """Whether any object of a scene drifts, since materials tell the wavelength by nodes."""
-    return any(DRIFTS in obj for obj in scene.objects)
-
-
-def _release(obj):
-    """Take back hold() and let_drift()."""
-    if HELD in obj:
-        obj.cycles.use_motion_blur = True
-        del obj[HELD]
-    if DRIFTS in obj:
-        axis, former = obj[FORMER]
-        obj.driver_remove("delta_location", int(axis))
-        obj.delta_location[int(axis)] = former
-        for name in (REST, DRIFTS, FORMER):
-            obj.pop(name, None)

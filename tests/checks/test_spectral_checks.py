@@ -7,7 +7,7 @@ import pytest
 from nim_addon import checks
 from nim_addon.checks.sight import look
 from nim_addon.checks.spectral_checks import find
-from nim_addon.cycles import dispersive, spectral
+from nim_addon.cycles import dispersive, drift, spectral
 from nim_addon.cycles.material import interface_nodes, set_medium
 from nim_addon.cycles.nodes import Nodes
 from nim_addon.cycles.visibility import as_rendered
@@ -31,8 +31,7 @@ def sentences(scene):
 
 
 def test_what_was_set_up_is_right_and_what_was_not_is_said(scene):
-    assert codes(scene) == [] and spectral.DRIFTS in slab()
-    assert (spectral.DRIFTS in sun()) == spectral.lamps_drift()
+    assert codes(scene) == [] and drift.DRIFTS in slab() and drift.DRIFTS in sun()
     spectral.undo(scene)
     assert codes(scene) == ["one_wavelength"] and "NIM" in sentences(scene)[0] and "550 nm alone" in sentences(scene)[0]
     checks.mend(scene)
@@ -83,7 +82,7 @@ def test_what_moves_while_the_shutter_is_open_is_said(scene):
     slab().keyframe_insert("location", index=0, frame=scene.frame_current + 4)
     slab().location.x = 0
     assert codes(scene) == ["moves_in_colours"] and sentences(scene)[0].startswith("Slab: it moves")
-    spectral.hold(slab())  # as what need not tell the time is
+    drift.hold(slab())  # as what need not tell the time is
     assert "moves_in_colours" not in codes(scene)
 
 
@@ -106,9 +105,9 @@ def test_what_was_moved_since_cannot_tell_the_wavelength(scene):
 
 def test_a_lamp_that_nodes_cannot_tell_the_wavelength_is_said(scene, monkeypatch):
     spectral.undo(scene)
-    monkeypatch.setattr(spectral, "lamps_drift", lambda: True)
+    monkeypatch.setattr(drift, "lamps_drift", lambda: True)
     spectral.set_up(scene)
-    monkeypatch.setattr(spectral, "lamps_drift", lambda: False)
+    monkeypatch.setattr(drift, "lamps_drift", lambda: False)
     assert "white_lamp" in codes(scene) and sentences(scene)[-1].startswith("Sun: before Blender 4.5")
     spectral.undo(scene)
     spectral.set_up(scene)  # which takes OSL for it

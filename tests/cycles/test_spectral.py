@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 import pytest
 
-from nim_addon.cycles import dispersive, spectral, wavelength
+from nim_addon.cycles import dispersive, drift, spectral, wavelength
 from nim_addon.cycles.closures import SHUTTER
 from nim_addon.cycles.material import interface_material, interface_nodes, interface_of, set_medium, switch_backend
 from nim_addon.cycles.nodes import Nodes, empty_tree, uses_nodes
@@ -136,26 +136,6 @@ def test_a_path_that_met_something_has_its_wavelength_on_the_floors_it_meets_lat
     assert wavelength.clear_paths_are_white()
     picture = render(stage.scene)
     assert picture.mean() > 0 and np.ptp(picture, axis=2).max() > 0.02 * picture.max()
-
-
-@pytest.mark.parametrize("lit", ["lamp", "square"])
-def test_only_what_tells_the_wavelength_moves(stage, lit):
-    """What moves takes longer to meet: floors and plain glass stand still, whatever shines or disperses drifts."""
-    corners = [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]
-    stage.mesh("Glass", corners, [(0, 1, 2, 3)], facing(Medium(1.5)), location=(1, 2, 1))
-    stage.mesh("Prism", corners, [(0, 1, 2, 3)], facing(Medium.parse("n-bk7")), location=(1, 2, 2))
-    stage.mesh("Mirror", corners, [(0, 1, 2, 3)], mirror(None), location=(1, 2, 0))
-    if lit == "lamp":
-        stage.object("Light", bpy.data.lights.new("Light", "POINT"), location=(1, 2.8, 1))
-    else:
-        glowing(stage, "Light", (1, 2, 3))
-    spectral.set_up(stage.scene, "nodes")
-    moves = spectral.lamps_drift() or lit != "lamp"
-    assert {obj.name for obj in stage.scene.objects if "nim_drifts" in obj} == {"Prism"} | (
-        {"Light"} if moves else set()
-    )
-    spectral.undo(stage.scene)
-    assert not any("nim_drifts" in obj or "nim_spectral_held" in obj for obj in stage.scene.objects)
 
 
 @BACKENDS
@@ -384,7 +364,7 @@ def test_what_a_person_moved_by_a_delta_is_where_it_was(stage):
     spectral.set_up(stage.scene, "nodes")
     stage.scene.view_layers[0].update()
     np.testing.assert_allclose(obj.matrix_world.translation, (1.25, 2.5, 1.25), atol=3e-4)
-    assert spectral.is_at_rest(obj) and len(obj.animation_data.drivers) == 2
+    assert drift.is_at_rest(obj) and len(obj.animation_data.drivers) == 2
     spectral.undo(stage.scene)
     stage.scene.view_layers[0].update()
     np.testing.assert_allclose(obj.matrix_world.translation, (1.25, 2.5, 1.25), atol=1e-6)

@@ -1,9 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the panels share: the place of those in a 3D view's sidebar, and how a sentence is drawn."""
 
+import functools
 import textwrap
 
 import bpy
+
+# A panel is drawn over and over with the same sentences: breaking them took most of its time.
+_lines = functools.lru_cache(maxsize=512)(textwrap.wrap)
 
 
 class Sidebar:
@@ -21,6 +25,6 @@ def draw_sentence(layout: bpy.types.UILayout, context: bpy.types.Context, text: 
     letters = int((width - (75 if icon != "NONE" else 50)) / 6.2)
     column = layout.column(align=True)
     column.scale_y = 0.8
-    for line in textwrap.wrap(text, max(24, letters)):
+    for line in _lines(text, max(24, letters)):
         column.label(text=line, icon=icon, translate=False)
         icon = "BLANK1" if icon != "NONE" else "NONE"

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Write the asset library, nim_addon/assets/nim_assets.blend (or into the folder given), with previews by the physics.
 
-Materials, objects and the node group, all in Blender's own nodes, so that any build and device can render them. The
-catalogs are those of blender_assets.cats.txt beside it. Each preview is a render of the sphere scene's ground and sky
-with the asset on it, of graded balls in the ball scene's garden: some minutes in all.
+Materials, liquids, objects, scenes as collections, and the node group, all in Blender's own nodes, so that any build and
+device can render them. The catalogs are those of blender_assets.cats.txt beside it. Each preview is a render of the sphere
+scene's ground and sky with the asset on it, of graded balls in the ball scene's garden, or of the scene: some minutes in all.
 """
 
 import os
@@ -25,12 +25,12 @@ from nim_addon.cycles.graded import graded_ball_material
 from nim_addon.cycles.lenslets import lenslet_material
 from nim_addon.cycles.material import interface_material
 from nim_addon.cycles.slabs import slab_material
-from nim_addon.physics import MEDIA
+from nim_addon.physics import MEDIA, Medium
 from nim_addon.physics.graded import Profile
 from nim_addon.physics.lenslet import LensletWindow
 from nim_addon.physics.uniaxial import UniaxialSlab
 from nim_addon.scenes import ball as ball_scene
-from nim_addon.scenes import shapes, sphere, surfaces
+from nim_addon.scenes import scene_type, shapes, sphere, surfaces
 from nim_addon.scenes.stage import Stage
 
 HOME = Path(__file__).resolve().parents[1] / "nim_addon" / "assets"
@@ -48,6 +48,34 @@ MATERIALS = (
     ("NIM -4.1", "nim-4.1", "Negative-index material, n = -4.1: reflects 37 % straight on"),
     ("NIM -1.33, mu -10", "nim-mu10", "Negative-index material, n = -1.33, mu = -10: impedance 7.5, a strong mirror"),
     ("NIM -1.33, mu -25", "nim-mu25", "Negative-index material, n = -1.33, mu = -25: impedance 19, almost a mirror"),
+)
+# The same of what is poured: names of media that Medium.parse() knows.
+LIQUIDS = (
+    ("Water (measured)", "water-daimon", "Water at 20 °C: blue bends most, as in a rainbow"),
+    (
+        "NIM Liquid (causal)",
+        "nim-causal",
+        "A liquid of n = -1.33 at 550 nm: the least dispersion that causality allows",
+    ),
+    ("NIM Liquid (normal)", "nim-normal", "A liquid of n = -1.33 at 550 nm, of a small dispersion"),
+)
+# Names of collections, the scenes that they are, and what a person reads.
+SCENES = (
+    (
+        "Glass of NIM with a Straw",
+        "glass",
+        "A glass that a NIM fills to the brim, with a straw in it that bends the other way",
+    ),
+    (
+        "NIM Prism before a Screen",
+        "prism",
+        "A prism of a NIM that a slit shines through, and the screen that its light falls on",
+    ),
+    (
+        "Flat Lens in its Frame",
+        "lens",
+        "A plate of n = -1 that shows what is behind it nearer, upright and of the same size",
+    ),
 )
 # Names of graded balls, their profiles, and what a person reads.
 BALLS = (
@@ -175,9 +203,31 @@ def pictured(stage, shown, catalog):
     for thing, _ in shown:
         thing.hide_render = False
         thing.rotation_euler.z = 0
-        for key in list(thing.keys()):  # the stage's mark: it is on none now
-            del thing[key]
+        without_marks(thing)
     return [thing for thing, _ in shown]
+
+
+def collections():
+    """The scenes, each as a collection without a camera: collections, what a person reads, and their pictures."""
+    for name, word, description in SCENES:
+        kind = scene_type(word)
+        scene = kind.build(kind.parameters(), "nodes")
+        scene.render.resolution_x = scene.render.resolution_y = SIZE
+        scene.cycles.samples, scene.cycles.use_denoising = SAMPLES, True
+        pixels = picture(scene)
+        (collection,) = scene.collection.children
+        collection.name = name
+        for obj in [obj for obj in collection.objects if obj.type == "CAMERA"]:
+            bpy.data.objects.remove(obj)
+        without_marks(collection, *collection.objects)
+        yield collection, description, pixels
+
+
+def without_marks(*those):
+    """Take the stage's marks off data-blocks: they are on none now."""
+    for data in those:
+        for key in list(data.keys()):
+            del data[key]
 
 
 def main(folder):
@@ -198,6 +248,11 @@ def main(folder):
         mark(material, catalog["Materials"], description, (kind, "refraction"), picture(stage.scene))
         made.append(material)
     stage.scene.cycles.samples = SAMPLES
+    for name, medium, description in LIQUIDS:
+        material = interface_material(name, Medium.parse(medium), backend="nodes")
+        ball.data.materials[0] = material
+        mark(material, catalog["Liquids"], description, ("liquid", "dispersion"), picture(stage.scene))
+        made.append(material)
     material = bpy.data.materials["NIM -1.5"]
     group = INTERFACE.group("nodes")
     what = "An interface between two media of any index and permeability, in Blender's own nodes"
@@ -214,6 +269,9 @@ def main(folder):
     made += pictured(stage, shown, catalog["Objects"])
     stage = garden()
     made += pictured(stage, balls(stage), catalog["Objects"])
+    for collection, description, pixels in collections():
+        mark(collection, catalog["Scenes"], description, ("scene", "refraction"), pixels)
+        made.append(collection)
     with tempfile.TemporaryDirectory() as work, quiet():
         file = Path(work, "nim_assets.blend")
         bpy.data.libraries.write(str(file), set(made), fake_user=True, compress=True)

@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import bpy
 
-from .nodes import empty_tree
+from .closures import preview
+from .closures.closure import EEVEE
+from .nodes import Nodes, empty_tree
 
 
 def surface_material(
@@ -23,8 +25,33 @@ def surface_material(
     output = tree.nodes.new("ShaderNodeOutputMaterial")
     output.location = (300, 0)
     tree.links.new(node.outputs["BSDF"], output.inputs["Surface"])
-    material.diffuse_color = (0.9, 0.6, 0.35, 0.5) if bends_backwards else (0.5, 0.7, 0.9, 0.5)
+    colour = preview.NEGATIVE if bends_backwards else preview.POSITIVE
+    material.diffuse_color = (*colour, 1 - preview.VEIL)
+    show_in_eevee(node, colour)
     return material
+
+
+def show_in_eevee(node: bpy.types.Node, colour: Sequence[float] = preview.POSITIVE) -> None:
+    """Give the material of a node of ours an output for EEVEE alone, where it has none, beside that of all engines.
+
+    colour: of the veil, of a node that has no output of its own for it
+    """
+    tree = node.id_data
+    if any(other.type == "OUTPUT_MATERIAL" and other.target == "EEVEE" for other in tree.nodes):
+        return
+    active = tree.nodes.active
+    nodes = Nodes(tree)
+    shown = node.outputs.get(EEVEE.name)
+    if shown is None:
+        veil = nodes.add("ShaderNodeBsdfDiffuse", inputs={"Color": colour})
+        behind = nodes.add("ShaderNodeBsdfTransparent")
+        mixed = {0: preview.VEIL, 1: behind.outputs[0], 2: veil.outputs[0]}
+        shown = nodes.add("ShaderNodeMixShader", inputs=mixed).outputs[0]
+    nodes.add("ShaderNodeOutputMaterial", inputs={"Surface": shown}, target="EEVEE")
+    for place, added in enumerate(nodes.added):
+        added.label = "for EEVEE" if added is nodes.added[-1] else ""
+        added.location = (node.location.x + 300 - 220 * (len(nodes.added) - 1 - place), node.location.y - 420)
+    tree.nodes.active = active
 
 
 def remove_material(material: bpy.types.Material) -> None:

@@ -7,7 +7,9 @@ from typing import NamedTuple
 
 import bpy
 
-from .closures import Closure, backends, closure_of, version_of
+from .closures import Closure, backends, closure_of, closure_of_node, version_of
+from .closures.closure import EEVEE
+from .surface import show_in_eevee
 
 
 class Update(NamedTuple):
@@ -41,7 +43,20 @@ def update() -> Update:
         else:
             closure.refill(group)
             answer.updated.append(group.name)
+    if answer.updated:
+        for node in _alone():
+            show_in_eevee(node)
     return answer
+
+
+def _alone():
+    """The nodes of ours that are all of a material, whose only output theirs is linked to."""
+    for material in bpy.data.materials:
+        nodes = material.node_tree.nodes if material.node_tree and not material.library else ()
+        outputs = [node for node in nodes if node.type == "OUTPUT_MATERIAL"]
+        for link in outputs[0].inputs["Surface"].links if len(outputs) == 1 else ():
+            if EEVEE.name in link.from_node.outputs and closure_of_node(link.from_node):
+                yield link.from_node
 
 
 def _hindrance(group: bpy.types.NodeTree, closure: Closure) -> str | None:

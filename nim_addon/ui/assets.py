@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The asset library: materials, objects and the node group, ready to drag into a file; registered by one click."""
+"""The asset library: materials, liquids, objects and scenes, ready to drag into a file; offered once, added by one click."""
 
 from pathlib import Path
 
@@ -60,6 +60,7 @@ class NIM_OT_unregister_assets(bpy.types.Operator):
 
     def execute(self, context):
         context.preferences.filepaths.asset_libraries.remove(library())
+        bpy.ops.nim.decline_assets()
         context.preferences.is_dirty = True
         self.report({"INFO"}, rpt_("{name} is no longer in the Asset Browser").format(name=NAME))
         return {"FINISHED"}

@@ -11,7 +11,7 @@ from ..cycles.material import asked_interfaces, glass_index, interface_material,
 from ..cycles.surface import remove_material
 from ..cycles.visibility import SURFACES, materials_of
 from ..physics import Interface, Medium
-from . import curves, warnings
+from . import curves, preferences, warnings
 from .material import draw_media, draw_readings, draw_summary
 from .material_values import active_node
 from .media import (
@@ -379,6 +379,7 @@ class NIM_PT_convert(Sidebar, bpy.types.Panel):
         column = layout.column(align=True)
         column.operator("nim.convert", icon="MATERIAL")
         column.operator("nim.revert", icon="LOOP_BACK")
+        preferences.draw_offer(layout)
 
 
 CLASSES = (NIM_PG_former_slot, NIM_PG_object, NIM_OT_convert, NIM_OT_revert, NIM_PT_convert)

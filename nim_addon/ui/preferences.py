@@ -8,14 +8,14 @@ import bpy
 from ..base.options import MOST_SAMPLES
 from ..base.shipped import PACKAGE
 from ..cycles import versions
-from . import backends, blender_check
+from . import assets, backends, blender_check, menus
 
 BACKENDS = (
     ("auto", "Automatic", "OSL where this Blender and the render device have it, else Blender's own nodes", "NONE", 0),
     ("osl", "OSL", backends.OSL, "NONE", 1),
     ("nodes", "Nodes", "The same optics in Blender's own nodes, for builds and devices without OSL", "NONE", 2),
 )
-DEFAULTS = {"backend": "auto", "samples": 128, "folder": ""}
+DEFAULTS = {"backend": "auto", "samples": 128, "folder": "", "offer_assets": True}
 
 
 class NIM_AP_preferences(bpy.types.AddonPreferences):
@@ -44,6 +44,12 @@ class NIM_AP_preferences(bpy.types.AddonPreferences):
         default=DEFAULTS["folder"],
     )
 
+    offer_assets: bpy.props.BoolProperty(
+        name="Offer Assets",
+        description="Offer the asset library in the panel, until it is added or declined",
+        default=DEFAULTS["offer_assets"],
+    )
+
     def draw(self, context):
         layout = self.layout
         column = layout.column()
@@ -52,8 +58,6 @@ class NIM_AP_preferences(bpy.types.AddonPreferences):
         backends.draw_choice(column, self)
         column.prop(self, "samples")
         column.prop(self, "folder")
-
-        from . import assets, menus
 
         menus.draw_key(layout, context)
         row = layout.row()
@@ -70,7 +74,29 @@ def settings() -> NIM_AP_preferences | SimpleNamespace:
     return addon.preferences if addon and addon.preferences else SimpleNamespace(**DEFAULTS)
 
 
-CLASSES = (NIM_AP_preferences,)
+def draw_offer(layout: bpy.types.UILayout) -> None:
+    """Draw the offer of the library, until it is taken or declined once."""
+    if settings().offer_assets and not assets.library():
+        row = layout.row(align=True)
+        row.operator("nim.register_assets", icon="ASSET_MANAGER")
+        row.operator("nim.decline_assets", text="", icon="X")
+
+
+class NIM_OT_decline_assets(bpy.types.Operator):
+    """Offer the asset library no more; the add-on's preferences still have the button"""
+
+    bl_idname = "nim.decline_assets"
+    bl_label = "No Asset Library"
+    bl_options = {"INTERNAL"}
+
+    def execute(self, context):
+        """Remember that in the preferences."""
+        settings().offer_assets = False
+        context.preferences.is_dirty = True
+        return {"FINISHED"}
+
+
+CLASSES = (NIM_AP_preferences, NIM_OT_decline_assets)
 
 
 def register() -> None:

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a 3D view says of the interfaces in it: the panel of checks, and a note where the view itself is wrong.
 
-EEVEE draws an interface as a plausible ball that no light ever made, and Material Preview is drawn by EEVEE.
+EEVEE, which draws Material Preview too, bends no ray backwards: it shows the rim and the tint of an interface, under a veil
+(cycles.closures.preview). Solid and Wireframe show shapes.
 """
 
 import blf
@@ -12,7 +13,7 @@ from .. import checks
 from . import warnings
 from .panels import Sidebar, draw_sentence
 
-TEXT = "{engine} draws this view and cannot bend a ray backwards: its interfaces are wrong. Use Rendered, with Cycles."
+TEXT = "{engine} draws this view and cannot bend a ray backwards: it shows no refraction. Use Rendered, with Cycles."
 COLOR, SIZE, MARGIN = (1.0, 0.62, 0.25, 1.0), 12, 14
 _handler = None
 
@@ -28,6 +29,14 @@ def wrong_engine(space: bpy.types.Space | None, scene: bpy.types.Scene) -> str |
     return engine if known and known.backends else None
 
 
+def shows_shapes(space: bpy.types.Space | None, scene: bpy.types.Scene) -> bool:
+    """Whether a 3D view shows the shapes alone of the interfaces of `scene`, as a person works on them."""
+    if space is None or space.type != "VIEW_3D" or space.shading.type not in ("SOLID", "WIREFRAME"):
+        return False
+    known = warnings.known(scene)
+    return bool(known and known.backends)
+
+
 def draw_note(layout: bpy.types.UILayout, context: bpy.types.Context) -> bool:
     """Draw the sentence and the button into a panel of a 3D view that shows interfaces wrongly; True if it does."""
     engine = wrong_engine(context.space_data, context.scene)
@@ -35,6 +44,10 @@ def draw_note(layout: bpy.types.UILayout, context: bpy.types.Context) -> bool:
         box = layout.box().column(align=True)
         draw_sentence(box, context, pgettext_iface(TEXT).format(engine=engine), icon="ERROR")
         box.operator("nim.view_rendered", icon="SHADING_RENDERED")
+    elif shows_shapes(context.space_data, context.scene):
+        column = layout.column(align=True)
+        column.label(text="Solid views show no refraction", icon="INFO")
+        column.operator("nim.view_rendered", icon="SHADING_RENDERED")
     return engine is not None
 
 

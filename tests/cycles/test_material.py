@@ -183,7 +183,7 @@ def test_a_medium_by_wavelength_leaves_the_file_with_its_groups_and_texts(empty_
     set_medium(node, "Inside", Medium(-1.5))
     assert medium_of(node, "Outside") == Medium.parse("gold"), "the other side keeps the group that both shared"
     set_medium(node, "Outside", Medium(1.0))
-    assert there() == before and len(node.id_data.nodes) == 2
+    assert there() == before and len(node.id_data.nodes) == 3
 
 
 def test_unknown_backend(empty_file, one_sentence):

@@ -10,7 +10,9 @@ from nim_addon.cycles.material import interface_nodes, interface_of
 from nim_addon.physics import MEDIA
 from nim_addon.scenes.sphere import ball
 from nim_addon.scenes.stage import Stage
-from nim_addon.ui import assets
+from nim_addon.ui import assets, preferences
+
+from .conftest import Layout
 
 FILE = assets.FOLDER / "nim_assets.blend"
 KINDS = ("materials", "objects", "node_groups")
@@ -37,6 +39,25 @@ def test_one_click_adds_the_library_and_one_takes_it_out(addon, press):
     assert press("nim.unregister_assets") == {"FINISHED"}
     assert libraries() == before
     assert not bpy.ops.nim.unregister_assets.poll()
+
+
+def test_it_is_offered_once(addon, press):
+    """In the panel, until it is added or declined; one that was taken out is not offered again."""
+
+    def offered():
+        layout = Layout()
+        preferences.draw_offer(layout)
+        return [name for kind, name in layout.drawn if kind == "operator"]
+
+    assert offered() == ["nim.register_assets", "nim.decline_assets"]
+    press("nim.register_assets")
+    assert not offered()
+    press("nim.unregister_assets")
+    assert not offered()
+    preferences.settings().offer_assets = True
+    assert offered()
+    press("nim.decline_assets")
+    assert not offered()
 
 
 def test_a_missing_library_is_said(addon, press, monkeypatch, tmp_path):

@@ -1,12 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A 3D view that another engine than Cycles draws says so where it shows an interface, and a button changes it."""
 
+from types import SimpleNamespace
+
 import bpy
 import pytest
 
 from nim_addon.cycles import settings
 from nim_addon.cycles.material import interface_material
 from nim_addon.physics import Medium
+
+from .conftest import Layout
 
 
 @pytest.fixture
@@ -60,3 +64,24 @@ def test_the_button_shows_it_rendered(view, press):
         assert press("nim.view_rendered") == {"FINISHED"}
     assert area.spaces.active.shading.type == "RENDERED" and bpy.context.scene.render.engine == "CYCLES"
     assert said(area.spaces.active) is None
+
+
+@pytest.mark.parametrize("shading, shapes", [("SOLID", True), ("WIREFRAME", True), ("MATERIAL", False)])
+def test_a_solid_view_says_that_it_shows_no_refraction(view, shading, shapes):
+    from nim_addon.ui import viewport
+
+    view.shading.type = shading
+    assert viewport.shows_shapes(view, bpy.context.scene) == shapes
+    layout = Layout()
+    screen = SimpleNamespace(
+        space_data=view,
+        scene=bpy.context.scene,
+        region=SimpleNamespace(width=300),
+        preferences=SimpleNamespace(system=SimpleNamespace(ui_scale=1.0)),
+    )
+    assert viewport.draw_note(layout, screen) != shapes
+    assert ("operator", "nim.view_rendered") in layout.drawn
+    assert ("Solid views show no refraction" in layout.text) == shapes
+    bpy.data.objects["Cube"].hide_render = True
+    bpy.context.view_layer.update()
+    assert not viewport.shows_shapes(view, bpy.context.scene)

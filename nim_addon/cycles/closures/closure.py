@@ -54,6 +54,7 @@ class Output(NamedTuple):
 
 
 BSDF = Output("BSDF", "BSDF", "NodeSocketShader")
+EEVEE = Output("EEVEE", "EEVEE", "NodeSocketShader")  # of the preview, for a material's output of that engine
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +68,7 @@ class Closure:
     twin:      function(sheet) that writes the same formulas on the formulas.Sheet of a group; build() returns what it does
     heart:     type of a node without which the twin is not whole
     outputs:   of its groups; the BSDF where nothing is said
+    preview:   function(sheet) that writes what EEVEE shows, the last output then, and returns it; the twin writes it by itself
     """
 
     shader: str
@@ -76,6 +78,7 @@ class Closure:
     twin: Callable[[Sheet], Any]
     heart: str
     outputs: tuple[Output, ...] = (BSDF,)
+    preview: Callable[[Sheet], formulas.Value] | None = None
 
     # -------------------------------------------------------------------------------------------- its groups
 
@@ -155,7 +158,8 @@ class Closure:
         facts = repr((self.shader, self.label, self.sockets, self.version, self.outputs))
         written = hashlib.sha256(facts.encode())
         try:
-            for module in (sys.modules[self.twin.__module__], formulas, nodes):
+            twins = {sys.modules[writer.__module__]: None for writer in (self.twin, self.preview) if writer}
+            for module in (*twins, formulas, nodes):
                 written.update(inspect.getsource(module).encode())
         except (OSError, TypeError, KeyError):  # of a twin that is in no file: of this process alone
             return secrets.token_hex()[:60]
@@ -198,9 +202,14 @@ class Closure:
         """
         self._give_sockets(group)
         group.nodes.clear()
+        sheet = Sheet(group, {socket.identifier: socket.name for socket in self.sockets})
         if backend == "osl":
-            return script.fill(group, self.shader, self.sockets, self.outputs)
-        made = self.twin(Sheet(group, {socket.identifier: socket.name for socket in self.sockets}))
+            of_shader = self.outputs[:-1] if self.preview else self.outputs
+            script.fill(group, self.shader, self.sockets, of_shader)
+            if self.preview:
+                sheet.end(self.preview(sheet), first=len(of_shader))
+            return None
+        made = self.twin(sheet)
         for name, node in made._asdict().items() if made else ():
             node[HANDLE] = name
         return made

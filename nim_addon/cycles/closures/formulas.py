@@ -339,8 +339,8 @@ class Sheet:
             elif isinstance(value, Complex):
                 self.name({f"Re {name}": value.re, f"Im {name}": value.im})
 
-    def end(self, *outputs: Value) -> None:
-        """Let the group give these, in the order of its outputs; labels and places of all nodes follow."""
+    def end(self, *outputs: Value, first: int = 0) -> None:
+        """Let the group give these, in the order of its outputs from the `first`; labels and places of our nodes follow."""
         self._join_products()
         for value in self._values.values():
             if value.socket:
@@ -351,13 +351,16 @@ class Sheet:
         places = {}
         for frame in self._frames:
             places |= self._place(frame, feeding)
-        leave = self.tree.nodes.new("NodeGroupOutput")
-        places[leave] = (max(frame.right for frame in self._frames), self._frames[-1].top)
-        for socket, value in zip(leave.inputs, outputs, strict=False):  # the last is the one that makes further ones
+        leave = next((node for node in self.tree.nodes if node.type == "GROUP_OUTPUT"), None)
+        if leave is None:
+            leave = self.tree.nodes.new("NodeGroupOutput")
+            places[leave] = (max(frame.right for frame in self._frames), self._frames[-1].top)
+        # the last is the one that makes further ones
+        for socket, value in zip(leave.inputs[first:], outputs, strict=False):
             self._nodes.feed(socket, value.socket)
         # at once, since Blender looks at the whole tree again for each
         self.tree.nodes.foreach_set(
-            "location", [number for node in self.tree.nodes for number in places.get(node, (0.0, 0.0))]
+            "location", [number for node in self.tree.nodes for number in places.get(node, node.location)]
         )
         self._nodes.link()
 

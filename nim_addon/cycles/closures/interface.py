@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import bpy
 
-from .closure import Closure, Socket
+from .closure import BSDF, EEVEE, Closure, Socket
 from .formulas import (
     Complex,
     Frame,
@@ -31,6 +31,7 @@ from .formulas import (
     sin,
     sqrt,
 )
+from .preview import preview
 
 
 class Optics(NamedTuple):
@@ -272,10 +273,10 @@ def _twin(sheet: Sheet) -> Optics:
     in_there, out_there = from_inside * absorption_inside, (1 - from_inside) * absorption_outside
     way = sheet.node("ShaderNodeLightPath", "length of the way")["Ray Length"]
     lost = 1 - exp(-((in_there + out_there) * way))
-    BSDF = sheet.node("ShaderNodeMixShader", "nothing of what is lost", {0: lost, 1: clear})
+    whole = sheet.node("ShaderNodeMixShader", "nothing of what is lost", {0: lost, 1: clear})
 
     sheet.name(locals())
-    sheet.end(BSDF)
+    sheet.end(whole, preview(sheet))
     return Optics(
         (q * q).node,
         lossy.stops.node,
@@ -284,7 +285,7 @@ def _twin(sheet: Sheet) -> Optics:
         portal.node,
         by_facets.node,
         clear.node,
-        BSDF.node,
+        whole.node,
     )
 
 
@@ -396,7 +397,9 @@ INTERFACE = Closure(
     label="NIM Interface",
     sockets=SOCKETS,
     # raise it with every change to SOCKETS, to the twin or to nim_interface.osl
-    version=3,
+    version=4,
     twin=_twin,
     heart="BSDF_RAY_PORTAL",
+    outputs=(BSDF, EEVEE),
+    preview=preview,
 )

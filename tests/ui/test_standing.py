@@ -34,33 +34,32 @@ def on(addon):
     bpy.context.window_manager.nim_live = False
 
 
+class Panel(Layout):
+    """A layout that takes down texts and what is said on the button, and lets the rest be drawn."""
+
+    def operator(self, name, text=None, **_):
+        self.drawn.append((name, text))
+        return SimpleNamespace()
+
+    def prop(self, data, name, **_):
+        assert name in data.bl_rna.properties, name
+
+    def __getattr__(self, name):
+        return super().__getattr__(name) if name in ("label", "separator") else lambda *_, **__: self
+
+
 def drawn():
-    """The texts that the panel says of what stands."""
-    layout = Layout()
+    """The sentences that the panel says of what stands, and what its button says."""
+    layout = Panel()
     context = SimpleNamespace(
         scene=bpy.context.scene,
         window_manager=bpy.context.window_manager,
         region=SimpleNamespace(width=9000),
         preferences=SimpleNamespace(system=SimpleNamespace(ui_scale=1.0)),
     )
-
-    class Anything(Layout):
-        def operator(self, name, text=None, **_):
-            self.drawn.append((name, text))
-            return SimpleNamespace()
-
-        def menu(self, *_, **__):
-            pass
-
-        def prop(self, data, name, **_):
-            assert name in data.bl_rna.properties, name
-
-        def __getattr__(self, name):
-            return (lambda **_: self) if name in ("row", "column", "grid_flow") else super().__getattr__(name)
-
-    layout = Anything()
     scenes.NIM_PT_scenes.draw(SimpleNamespace(layout=layout), context)
-    return layout.text, dict(one for one in layout.drawn if one[0] == "nim.build_scene")["nim.build_scene"]
+    sentences = [line for line in layout.text.splitlines() if " " in line]
+    return "\n".join(sentences), next(text for name, text in layout.drawn if name == "nim.build_scene")
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -83,6 +82,7 @@ def test_what_has_changed_since_is_said_by_its_name(settings, build):
     assert drawn() == ("", "Build Again"), "and so does the size"
     settings.spectral = True
     assert drawn() == ("", "Build Again"), "and colours"
+    assert not built.holds(bpy.context.scene), "none of which is a change by hand"
     settings.scene = "glass"
     assert drawn() == ("The view shows Pool: Build makes Glass", "Build")
     settings.scene, settings.pool.use_mu, settings.pool.liquid = "pool", True, "none"
@@ -148,6 +148,7 @@ CHANGES = [moved, shaped, another_index, hidden, removed, darker, wider, bent, b
 @pytest.mark.parametrize("change", CHANGES, ids=[change.__name__ for change in CHANGES])
 def test_a_change_by_hand_is_known_and_live_waits_for_it(settings, build, on, change):
     scene = build("sphere")
+    assert drawn()[0] == ""
     change(scene)
     bpy.context.view_layer.update()
     assert built.holds(scene)

@@ -9,7 +9,7 @@
                                        are shipped, or only what is named: glass, pool, sphere, sea, drop, prism, lens, ball,
                                        window; or assets, or closures
   python3 build.py package             build and validate dist/nim_addon-X.Y.Z.zip with Blender's own tool
-  python3 build.py docs [--out DIR]    make the pages of docs/ as HTML, in dist/docs/ or DIR (needs no Blender)
+  python3 build.py docs [--out DIR]    make the pages of docs/ as HTML, in dist/docs/ or DIR
   python3 build.py bench [glass|peers] print how fast it is, beside Blender's own Glass BSDF, Mitsuba 3 and POV-Ray
   python3 build.py bench waits         what a person waits for: a panel redrawn, a scene built, the command's first word
   python3 build.py bench scale         what scenes of 5 million triangles, or of 1,000 objects, cost
@@ -42,7 +42,7 @@ ROOT = Path(__file__).resolve().parent
 # The Python that each Blender's module is built for.
 PYTHON = {"4.2": (3, 11), "4.5": (3, 11), "5.0": (3, 11), "5.2": (3, 13)}
 DEFAULT = "4.5"
-TESTED = ("figures", "many", "test")  # the extras that the tests need
+TESTED = ("figures", "many", "test", "docs")  # the extras that the tests need
 NIMRAY = ("render", "compare", "sweep", "figures", "rays", "scenes", "verify", "fresnel", "doctor", "info")
 
 
@@ -67,10 +67,10 @@ def main(words):
     try:
         if bring:
             install([])  # so that a refusal comes first
-        python = writing() if command == "docs" else environment(blender, bring, locked)
+        python = environment(blender, bring, locked)
         if command in NIMRAY and not bring:  # most need no more than numpy, the others say themselves what they lack
             return nimray(python, command, *rest)
-        if command != "docs":
+        if command != "docs":  # which needs no Blender
             complete(python, bring)
         return nimray(python, command, *rest) if command in NIMRAY else known[command](python, rest)
     except SetupError as error:
@@ -144,13 +144,6 @@ def packages(blender, groups=TESTED):
 def locked_packages(blender):
     """The file of the packages that CI installs for that Blender, each with its version and hash."""
     return ROOT / ".ci" / f"lock-{blender}.txt"
-
-
-def writing():
-    """The Python of .venv-docs, which makes the pages, made when missing or stale. There is no Blender in it."""
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-    wanted = project["optional-dependencies"]["docs"]
-    return environment_in(ROOT / ".venv-docs", wanted, lambda: sys.executable, "for the pages (once, about 200 MB)")
 
 
 def environment_in(folder, wanted, finder, what, locked=None):
@@ -342,7 +335,8 @@ def package(python, rest):
         except packing.Refusal as error:
             return complain(str(error), 1)
         built.mkdir()
-        code = run(python, tool, "validate", staged)
+        code = pages(python, staged / "docs") or run(python, "tools/light_pages.py", staged / "docs")
+        code = code or run(python, tool, "validate", staged)
         code = code or run(python, tool, "build", "--source-dir", staged, "--output-dir", built)
         for file in () if code else built.iterdir():
             os.replace(file, target / file.name)
@@ -358,20 +352,26 @@ def docs(python, rest):
             return complain(f"docs {' '.join(rest)}: it takes nothing but --out DIR.")
         target = Path(rest[1]).absolute()
     with tempfile.TemporaryDirectory() as work:
-        page = Path(work, "html")
-        words = ("-b", "html", "-W", "--keep-going", "-q", "-d", Path(work, "read"))
-        if code := run(python, "-m", "sphinx", *words, ROOT / "docs", page):
+        made = Path(work, "html")
+        if code := pages(python, made):
             return code
         if target == usual:  # what is no page any more goes; another folder may hold what is not ours
             shutil.rmtree(target, ignore_errors=True)
-        # what helps only the next run stays behind
-        leave = shutil.ignore_patterns(".buildinfo*")
         try:
-            shutil.copytree(page, target, dirs_exist_ok=True, ignore=leave)
+            shutil.copytree(made, target, dirs_exist_ok=True)
         except OSError as error:
             return complain(f"{target} cannot be written: {error}", 1)
     print(target / "index.html")
     return 0
+
+
+def pages(python, folder):
+    """Make the pages in a new folder; returns the exit code."""
+    with tempfile.TemporaryDirectory() as work:
+        code = run(python, "-m", "sphinx", "-b", "html", "-W", "--keep-going", "-q", "-d", work, ROOT / "docs", folder)
+    for file in folder.glob(".buildinfo*"):  # what helps only the next run
+        file.unlink()
+    return code
 
 
 def bench(python, rest):

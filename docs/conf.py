@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How Sphinx makes the pages: Markdown by MyST, equations as MathML, the API from the docstrings. Run by build.py docs."""
 
+import html
 import inspect
+import logging
 import re
 import sys
 import tomllib
@@ -9,6 +11,7 @@ from pathlib import Path
 
 import ziamath.fonts
 from docutils import nodes
+from fontTools import subset
 from latex2mathml.converter import convert
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -34,8 +37,9 @@ toc_object_entries_show_parents = "hide"
 
 html_theme = "furo"
 html_title = f"{project} {release}"
+FONT = Path(ziamath.fonts.__file__).parent / "STIXTwoMath-Regular.ttf"
 # a font with what equations need: some systems have none, and their fractions and roots then overlap
-html_static_path = ["style", str(Path(ziamath.fonts.__file__).parent / "STIXTwoMath-Regular.ttf")]
+html_static_path = ["style", str(FONT)]
 html_css_files = ["pages.css"]
 html_math_renderer = "mathml"
 html_show_copyright = False
@@ -67,6 +71,22 @@ def display_equation(translator, node):
     """Write an equation of its own."""
     translator.body.append(f'<div class="equation">{mathml(node.astext(), "block")}</div>\n')
     raise nodes.SkipNode
+
+
+def lighten_font(app, error):
+    """Leave of the font only what the equations need: all of it would weigh as much as all other pages together."""
+    pages = "".join(page.read_text(encoding="utf-8") for page in Path(app.outdir).rglob("*.html"))
+    letters = html.unescape("".join(re.findall(r"<math.*?</math>", pages, re.DOTALL)))
+    font = Path(app.outdir, "_static", FONT.name)
+    if error is None:
+        logging.getLogger("fontTools").setLevel(logging.WARNING)
+        options = subset.Options()
+        options.layout_features = ["*"]
+        with subset.load_font(str(FONT), options) as whole:
+            part = subset.Subsetter(options)
+            part.populate(text=letters)
+            part.subset(whole)
+            subset.save_font(whole, str(font), options)
 
 
 # ------------------------------------------------------------------------------------------------ docstrings
@@ -109,4 +129,5 @@ def setup(app):
     app.add_html_math_renderer("mathml", (inline_equation, None), (display_equation, None))
     app.connect("autodoc-process-docstring", read_docstring)
     app.connect("autodoc-skip-member", leave_out)
+    app.connect("build-finished", lighten_font)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -3,6 +3,7 @@
 
 import importlib.util
 import os
+import posixpath
 import re
 import shutil
 import subprocess
@@ -14,6 +15,7 @@ from pathlib import Path
 import pytest
 
 import nim_addon
+from nim_addon import ui
 from nim_addon.ui import assets
 
 ROOT = Path(__file__).parents[1]
@@ -41,6 +43,7 @@ def traces():
         found |= {(kind, f.__name__) for f in getattr(draw, "_draw_funcs", ()) if "nim_addon" in f.__module__}
     for kind in ("Scene", "Material", "Object", "World", "WindowManager", "Collection", "Mesh", "NodeTree"):
         found |= {(kind, p) for p in getattr(bpy.types, kind).bl_rna.properties.keys() if p.startswith("nim")}
+    found |= {("manual", f.__name__) for f in bpy.utils._manual_map if "nim_addon" in f.__module__}
     keys = bpy.context.window_manager.keyconfigs.addon
     items = [item for keymap in (keys.keymaps if keys else ()) for item in keymap.keymap_items]
     found |= {item.idname for item in items if "nim" in item.idname or "NIM" in getattr(item.properties, "name", "")}
@@ -149,7 +152,30 @@ def test_package_holds_what_it_needs(zipped):
     ):
         assert needed in names
     assert not [name for name in names if "__pycache__" in name or name.endswith((".blend1", ".whl"))]
-    assert zipped.stat().st_size < 3_000_000
+    assert zipped.stat().st_size < 4_000_000
+
+
+def test_the_pages_are_packed_need_no_network_and_have_what_the_panels_name(zipped):
+    packed = zipfile.ZipFile(zipped)
+    pages = {
+        info.filename.removeprefix("docs/"): info for info in packed.infolist() if info.filename.startswith("docs/")
+    }
+    assert sum(info.compress_size for info in pages.values()) < 3_000_000
+    texts = {name: packed.read(f"docs/{name}").decode() for name in pages if name.endswith(".html")}
+    for name, text in texts.items():
+        loaded = re.findall(r'<(?:script|img|link|iframe)\b[^>]*\b(?:src|href)="([^"]*)"', text)
+        assert not [target for target in loaded if "//" in target], name
+        shown = [target for target in loaded if "_images/" in target]
+        assert not [
+            target for target in shown if posixpath.normpath(posixpath.join("docs", target)) not in packed.namelist()
+        ]
+    assert not [name for name in pages if name.endswith(".css") and "//fonts" in packed.read(f"docs/{name}").decode()]
+    panels = [
+        cls for module in ui.MODULES for cls in getattr(module, "CLASSES", ()) if hasattr(cls, "draw_header_preset")
+    ]
+    for target in [*(cls.page for cls in panels), *(page for _, page in ui.help.MANUAL)]:
+        page, _, section = target.partition("#")
+        assert f'id="{section}"' in texts[f"{page}.html"] or not section, target
 
 
 # ------------------------------------------------------------------------------------------------ what is packed

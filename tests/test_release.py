@@ -31,7 +31,7 @@ def module(path):
 def copy(tmp_path):
     """A copy of what a release is made of, with something unreleased in its changelog."""
     leave = shutil.ignore_patterns("__pycache__", "*.pyc")
-    for name in ("nim_addon", "osl", "tools"):
+    for name in ("nim_addon", "osl", "tools", "docs"):
         shutil.copytree(ROOT / name, tmp_path / name, ignore=leave)
     for name in ("build.py", "setup.py", "pyproject.toml", "LICENSE", "README.md", "CITATION.cff"):
         shutil.copy(ROOT / name, tmp_path)

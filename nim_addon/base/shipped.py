@@ -16,3 +16,15 @@ def shader(name: str) -> Path:
         if (path := root / "osl" / f"{name}.osl").is_file():
             return path
     raise FileNotFoundError(f"osl/{name}.osl is missing from this installation of nim_addon; install it again.")
+
+
+def page(name: str) -> str:
+    """Where a page of docs/ is, with its "#section" if it names one, as an address that a browser opens; empty if nowhere.
+
+    It is HTML in the extension, and the text itself in a checkout.
+    """
+    title, mark, section = name.partition("#")
+    for file in (FOLDER / "docs" / f"{title}.html", FOLDER.parent / "docs" / f"{title}.md"):
+        if file.is_file():
+            return file.as_uri() + mark + section
+    return ""

@@ -9,6 +9,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import NoReturn
 
+from ..base import shipped
 from ..base.options import BACKENDS, LARGEST_SIDE, LAST_FRAME, MOST_WAVELENGTHS, SCENE_NAMES
 from ..base.text import fit
 from ..physics import Medium
@@ -62,7 +63,12 @@ def add_parser(
     summary: str,
     epilog: str | None = None,
 ) -> Parser:
-    """Add the parser of a subcommand, which `run` runs with the parsed arguments; returns it."""
+    """Add the parser of a subcommand, which `run` runs with the parsed arguments; returns it.
+
+    Its help names the page that tells of it, where that is at hand.
+    """
+    address = shipped.page(f"command-line#{name}")
+    epilog = "\n\n".join(filter(None, (epilog, address and f"More: {address}")))
     parser = commands.add_parser(
         name,
         help=summary,

@@ -11,6 +11,7 @@ from . import (
     caustics_bake,
     convert,
     escape,
+    help,
     jobs,
     light_handle,
     light_live,
@@ -39,6 +40,7 @@ from . import (
 # In the order in which they register: a module may use the classes of those before it.
 MODULES = (
     translations,
+    help,
     blender_check,
     preferences,
     versions,

@@ -42,6 +42,7 @@ class NIM_PT_caustics(Sidebar, bpy.types.Panel):
 
     bl_idname = "NIM_PT_caustics"
     bl_label = "Caustics"
+    page = "caustics"
     bl_order = 20
 
     def draw(self, context):

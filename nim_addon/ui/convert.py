@@ -352,6 +352,7 @@ class NIM_PT_convert(Sidebar, bpy.types.Panel):
 
     bl_idname = "NIM_PT_convert"
     bl_label = "Material"
+    page = "material#making-and-taking-back"
     bl_order = 0
 
     def draw(self, context):

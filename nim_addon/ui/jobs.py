@@ -385,6 +385,7 @@ class NIM_PT_jobs(Sidebar, bpy.types.Panel):
 
     bl_idname = "NIM_PT_jobs"
     bl_label = "Headless Render"
+    page = "scenes#render-headless"
     bl_parent_id = "NIM_PT_scenes"
 
     def draw(self, context):

@@ -82,6 +82,7 @@ class NIM_PT_light_paths(Sidebar, bpy.types.Panel):
 
     bl_idname = "NIM_PT_light_paths"
     bl_label = "Light Paths"
+    page = "scenes#light-paths"
     bl_order = 30
 
     def draw(self, context):

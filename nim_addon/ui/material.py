@@ -26,7 +26,7 @@ from .material_values import (
     wavelength_of,
 )
 from .media import ABSORBING, FILE, SIDES, backend_for, number
-from .panels import Sidebar, draw_sentence
+from .panels import Helped, Sidebar, draw_sentence
 from .probe import draw_choices, draw_probe, shown_of
 from .readings import readings, summary
 
@@ -319,11 +319,12 @@ class NIM_OT_medium_file(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class NIM_PT_material(bpy.types.Panel):
+class NIM_PT_material(Helped, bpy.types.Panel):
     """The media of both sides of the active material's interface, and what they mean"""
 
     bl_idname = "NIM_PT_material"
     bl_label = "Negative Index"
+    page = "material#the-panel"
     bl_space_type = "PROPERTIES"
     bl_region_type = "WINDOW"
     bl_context = "material"
@@ -343,6 +344,7 @@ class NIM_PT_material_nodes(Sidebar, bpy.types.Panel):
 
     bl_idname = "NIM_PT_material_nodes"
     bl_label = "Negative Index"
+    page = "material#the-panel"
     bl_space_type = "NODE_EDITOR"
 
     @classmethod

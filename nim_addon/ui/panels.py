@@ -10,12 +10,26 @@ import bpy
 _lines = functools.lru_cache(maxsize=512)(textwrap.wrap)
 
 
-class Sidebar:
+class Helped:
+    """For a panel that has a page: a "?" in its header opens that. `page` is the page's name, and its section's."""
+
+    page = ""
+
+    def draw_header_preset(self, context):
+        draw_help(self.layout, self.page)
+
+
+class Sidebar(Helped):
     """For a panel in the sidebar, of a 3D view where it does not say another, on the add-on's own tab."""
 
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
     bl_category = "NIM"
+
+
+def draw_help(layout: bpy.types.UILayout, page: str, text: str = "") -> None:
+    """Draw the button that opens a page: a "?", and a text if there is room for one."""
+    layout.operator("nim.help", text=text, icon="QUESTION", emboss=bool(text)).page = page
 
 
 def draw_sentence(layout: bpy.types.UILayout, context: bpy.types.Context, text: str, icon: str = "NONE") -> None:

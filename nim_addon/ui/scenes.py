@@ -267,6 +267,7 @@ class NIM_PT_scenes(Sidebar, bpy.types.Panel):
 
     bl_idname = "NIM_PT_scenes"
     bl_label = "Example Scenes"
+    page = "scenes#build"
     bl_order = 90
 
     def draw(self, context):

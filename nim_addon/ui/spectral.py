@@ -64,6 +64,7 @@ class NIM_PT_spectral(Sidebar, bpy.types.Panel):
 
     bl_idname = "NIM_PT_spectral"
     bl_label = "Spectral"
+    page = "material#all-wavelengths-in-one-render"
     bl_order = 40
     bl_options = {"DEFAULT_CLOSED"}
 

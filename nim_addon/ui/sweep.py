@@ -206,6 +206,7 @@ class NIM_PT_sweep(Sidebar, bpy.types.Panel):
 
     bl_idname = "NIM_PT_sweep"
     bl_label = "Sweep"
+    page = "many-machines"
     bl_parent_id = "NIM_PT_scenes"
     bl_options = {"DEFAULT_CLOSED"}
 

@@ -164,6 +164,7 @@ class NIM_PT_variants(Sidebar, bpy.types.Panel):
 
     bl_idname = "NIM_PT_variants"
     bl_label = "Variants"
+    page = "scenes#render-headless"
     bl_parent_id = "NIM_PT_scenes"
     bl_options = {"DEFAULT_CLOSED"}
 

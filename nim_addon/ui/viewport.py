@@ -94,6 +94,7 @@ class NIM_PT_checks(Sidebar, bpy.types.Panel):
 
     bl_idname = "NIM_PT_checks"
     bl_label = "Checks"
+    page = "material#checks"
     bl_order = 10
 
     def draw(self, context):

@@ -12,7 +12,7 @@ from ..checks.sight import look
 from ..cycles.material import asked_interfaces, medium_of
 from . import deferred
 from .looks import Looks
-from .panels import draw_sentence
+from .panels import draw_help, draw_sentence
 
 # A mesh of more faces is measured when asked for, not while a panel is drawn.
 LARGEST = 50_000
@@ -106,6 +106,8 @@ def draw_problems(layout: bpy.types.UILayout, context: bpy.types.Context, proble
             box.operator("nim.mend", text=problem.remedy, icon="TOOL_SETTINGS").code = problem.code
     if sum(problem.remedy is not None for problem in problems) > 1:
         layout.operator("nim.mend", text="Mend All", icon="TOOL_SETTINGS").code = ""
+    if problems:
+        draw_help(layout, "material#checks", "What This Means")
 
 
 def draw_hints(layout: bpy.types.UILayout, context: bpy.types.Context, hints: list[checks.Problem]) -> None:

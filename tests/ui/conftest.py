@@ -31,7 +31,7 @@ class Layout:
         self.drawn.append(("prop", name))
         self.shown.append(data)
 
-    def operator(self, name, text=None, icon="NONE", depress=False, translate=True):
+    def operator(self, name, text=None, icon="NONE", depress=False, translate=True, emboss=True):
         group, _, verb = name.partition(".")
         getattr(getattr(bpy.ops, group), verb).get_rna_type()
         self.drawn.append(("operator", name))

@@ -25,7 +25,7 @@ ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", *sorted(DOCS.rglob("*.md"))]
 PAPERS = [ROOT / name for name in ("ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md")]
-WITHOUT_COMMANDS = {"README.md", "first-minutes.md", "material.md", "index.md"}
+WITHOUT_COMMANDS = {"README.md", "first-minutes.md", "material.md", "index.md", "reviewers.md"}
 IMAGES = sorted(path for path in (DOCS / "images").rglob("*") if path.suffix in (".png", ".jpg", ".svg"))
 HEAVIEST = 300_000
 
@@ -122,6 +122,15 @@ def test_every_page_is_in_the_navigation_once():
             entries = [line for line in tree.splitlines() if line and not line.startswith(":")]
             listed += [page.parent / f"{entry}.md" for entry in entries]
     assert sorted(listed) == sorted(page for page in DOCS.rglob("*.md") if page != DOCS / "index.md")
+
+
+def test_the_tests_that_reviewers_are_told_of_are_there_and_so_are_the_files():
+    text = (DOCS / "reviewers.md").read_text(encoding="utf-8")
+    tests = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "tests").rglob("test_*.py"))
+    told = [name.replace(",", "").replace(" ", "_") for name in re.findall(r"(?<!\*)\*([a-z][a-z ,]+)\*(?!\*)", text)]
+    assert len(told) > 4 and not [name for name in told if f"def test_{name}" not in tests]
+    files = [name for name in re.findall(r"`([\w/.-]+\.(?:py|toml|txt|blend))`", text) if "*" not in name]
+    assert not [name for name in files if not (ROOT / name).exists() and not (ROOT / "nim_addon" / name).exists()]
 
 
 def test_the_gallery_has_every_figure_and_no_claim_fails():

@@ -7,7 +7,7 @@ import pytest
 
 from nim_addon.cycles.closures import INTERFACE, version_of
 from nim_addon.cycles.material import interface_nodes, interface_of
-from nim_addon.physics import MEDIA
+from nim_addon.physics import MEDIA, Medium
 from nim_addon.scenes.sphere import ball
 from nim_addon.scenes.stage import Stage
 from nim_addon.ui import assets, preferences
@@ -15,7 +15,7 @@ from nim_addon.ui import assets, preferences
 from .conftest import Layout
 
 FILE = assets.FOLDER / "nim_assets.blend"
-KINDS = ("materials", "objects", "node_groups")
+KINDS = ("materials", "objects", "node_groups", "collections")
 
 
 @pytest.fixture
@@ -69,7 +69,7 @@ def test_a_missing_library_is_said(addon, press, monkeypatch, tmp_path):
 def test_every_asset_has_catalog_description_tags_and_preview(stored):
     lines = (assets.FOLDER / "blender_assets.cats.txt").read_text().splitlines()
     catalogs = {line.split(":")[0] for line in lines if line.count(":") == 2 and line[0] != "#"}
-    assert len(stored) == 20
+    assert len(stored) == 25
     for data in stored:
         about = data.asset_data
         assert about.catalog_id in catalogs, data.name
@@ -83,16 +83,23 @@ def test_every_asset_has_catalog_description_tags_and_preview(stored):
 
 
 def test_the_library_is_small_and_of_the_present_version(stored):
-    assert FILE.stat().st_size < 1_000_000
+    assert FILE.stat().st_size < 1_500_000
     groups = [group for group in bpy.data.node_groups if INTERFACE.is_of(group)]
     assert [group.name for group in groups] == ["NIM Interface (nodes)"]
     assert version_of(groups[0]) == INTERFACE.version, "run python3 build.py blends"
 
 
 def test_the_materials_are_the_media(stored):
-    held = {interface_of(interface_nodes(data)[0]).inside for data in stored if isinstance(data, bpy.types.Material)}
+    media = {data.name: interface_of(interface_nodes(data)[0]).inside for data in stored if data.id_type == "MATERIAL"}
+    held = [medium for medium in media.values() if medium.dispersion is None]
     near = {(round(medium.n, 4), round(medium.mu, 4)) for medium in held}
     assert near == {(medium.n, medium.mu) for name, medium in MEDIA.items() if name not in ("vacuum", "air")}
+    liquids = {name: medium for name, medium in media.items() if medium.dispersion is not None}
+    assert {name: liquid.content for name, liquid in liquids.items()} == {
+        "Water (measured)": Medium.parse("water-daimon").content,
+        "NIM Liquid (causal)": Medium.parse("nim-causal").content,
+        "NIM Liquid (normal)": Medium.parse("nim-normal").content,
+    }
 
 
 def test_what_is_dragged_into_a_file_renders(stored, render):
@@ -107,6 +114,23 @@ def test_what_is_dragged_into_a_file_renders(stored, render):
     stage.world(world)
     stage.scene.cycles.samples = 4
     assert render(stage.scene).mean() == pytest.approx(1.0, abs=2e-3)
+
+
+@pytest.mark.parametrize("name", ["Glass of NIM with a Straw", "Flat Lens in its Frame"])
+def test_a_scene_is_dragged_in_and_bends_backwards(stored, name):
+    """As Blender drops a collection: an instance of it, which stands in the scene with all its interfaces."""
+    from nim_addon.cycles.visibility import as_rendered, shown
+
+    scene = bpy.context.scene
+    instance = bpy.data.objects.new(name, None)
+    instance.instance_type, instance.instance_collection = "COLLECTION", bpy.data.collections[name]
+    scene.collection.objects.link(instance)
+    with as_rendered(scene) as depsgraph:
+        materials = {material for surface in shown(scene, depsgraph) for material in surface.materials}
+    interfaces = [interface_of(node) for material in materials for node in interface_nodes(material)]
+    assert any(interface.bends_backwards for interface in interfaces)
+    for obj in bpy.data.collections[name].objects:
+        assert obj.type != "CAMERA" and not obj.keys(), "nothing of the stage that it was built on"
 
 
 def test_the_objects_are_closed_and_face_outwards(stored):

@@ -90,24 +90,23 @@ class NIM_PT_light_paths(Sidebar, bpy.types.Panel):
         live = light_live.is_on()
         column = self.layout.column(align=True)
         column.operator(light_live.NIM_OT_light_paths_live.bl_idname, icon="HIDE_OFF", depress=live)
-        said = live_look.sentence(context.scene)
-        if live and said:
-            draw_sentence(column, context, said, icon="INFO")
-        column = self.layout.column(align=True)
-        column.operator(NIM_OT_light_paths.bl_idname, text="Make Curves", icon="CURVE_DATA")
-        column.operator(NIM_OT_light_paths_clear.bl_idname, text="Clear Curves", icon="TRASH")
+        text = "Add Handle" if light_sources.handle_of(context.scene) is None else "Select Handle"
+        column.operator(light_handle.NIM_OT_light_handle.bl_idname, text=text, icon="EMPTY_SINGLE_ARROW")
+        said = live and live_look.sentence(context.scene)
+        if said:
+            draw_sentence(self.layout, context, said, icon="INFO")
         if settings.source == "CAMERA" and context.scene.camera is None:
             self.layout.label(text="The scene has no camera", icon="ERROR")
         elif settings.source == "LAMP" and not light_sources.lamps(context):
             self.layout.label(text="Select a lamp", icon="ERROR")
-        no_handle = light_sources.handle_of(context.scene) is None
-        text = "Add Handle" if no_handle else "Select Handle"
-        self.layout.operator(light_handle.NIM_OT_light_handle.bl_idname, text=text, icon="EMPTY_SINGLE_ARROW")
-        draw_settings(self.layout, settings)
         column = self.layout.column()
         column.use_property_split = True
         column.use_property_decorate = False
         column.prop(settings, "color")
+        draw_settings(self.layout, settings)
+        row = self.layout.row(align=True)
+        row.operator(NIM_OT_light_paths.bl_idname, text="Make Curves", icon="CURVE_DATA")
+        row.operator(NIM_OT_light_paths_clear.bl_idname, text="", icon="TRASH")
 
 
 CLASSES = (NIM_OT_light_paths, NIM_OT_light_paths_clear, NIM_PT_light_paths)

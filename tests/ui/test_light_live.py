@@ -322,6 +322,15 @@ def test_a_handle_that_is_deleted_is_added_anew(scene, press):
     assert scene.nim_rays.handle != handle and look().sentence is None
 
 
+def test_a_file_keeps_the_handle(scene, press, tmp_path):
+    a_ball()
+    press("nim.light_handle")
+    scene.nim_rays.handle.location = (-4, 1, 0)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "rays.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "rays.blend"))
+    np.testing.assert_allclose(look().traced[0].paths.start[0, :2], (-4, 1), atol=1e-6)
+
+
 def test_without_any_interface_a_handle_is_put_at_the_cursor(scene, press):
     scene.cursor.location = (1, 2, 3)
     press("nim.light_handle")

@@ -23,8 +23,10 @@ SETTLED = 0.3  # seconds without a redraw before a change is looked at
 
 def built_of(settings: NIM_PG_scenes) -> dict[str, str]:
     """What Build would build of, as text, by names of parameters; ValueError, one sentence, where settings clash."""
-    plain = parameters_of(settings).plain()
-    return {name: json.dumps(value) for name, value in plain.items()} | {BACKEND: resolve(backend_of(settings))}
+    plain, backend = parameters_of(settings).plain(), backend_of(settings)
+    # one that this Blender lacks is refused where it is built
+    backend = resolve(backend) if backend == "auto" else backend
+    return {name: json.dumps(value) for name, value in plain.items()} | {BACKEND: backend}
 
 
 def is_standing(scene: bpy.types.Scene) -> bool:

@@ -89,6 +89,17 @@ def test_what_has_changed_since_is_said_by_its_name(settings, build):
     assert "needs a liquid" in drawn()[0]
 
 
+def test_a_backend_that_is_missing_is_no_error_before_it_is_built(settings, build, on, monkeypatch):
+    from nim_addon.cycles.closures import backends
+
+    scene = build("sphere")
+    monkeypatch.setattr(backends, "osl_available", lambda: False)
+    settings.backend = "osl"
+    assert standing.changed(scene) == ["Backend"] and drawn()[0] == "Not in the view yet: Backend"
+    assert live.tick() is None and standing.changed(scene) == ["Backend"]
+    assert "Sphere" in scene.objects and not built.holds(scene)
+
+
 def test_undo_brings_back_what_was_built(settings, build):
     build("sphere")
     settings.sphere.companions = True

@@ -8,6 +8,7 @@ import blf
 import bpy
 
 from nim_addon import ui
+from nim_addon.cycles.closures import CLOSURES
 from nim_addon.ui import translations, warnings
 
 FOLDED = "_folded"
@@ -89,6 +90,7 @@ def test_every_choice_has_a_tooltip_that_says_more_than_its_name(addon):
 # What there is room for at the sidebar's own width, in Blender's units, as measured in pictures of 4.3 and 5.2: the label
 # before a value, the label behind a check box, what a menu shows of its choice (less an icon), and a line of its own.
 BEFORE, BEHIND, CHOSEN, ICON, LINE = 88, 112, 116, 18, 210
+NODE = 138  # before the value of a node's socket
 # Of these the panels draw no labels, or labels over the whole width.
 WIDE = {"NIM_PG_material", "NIM_PG_curve", "NIM_PG_object", "NIM_PG_former_slot"}
 # These stand in the preferences.
@@ -122,6 +124,9 @@ def labels():
             for item in known.enum_items if known.type == "ENUM" else ():
                 room = CHOSEN - ICON * (item.icon != "NONE")
                 yield f"{cls.__name__}.{known.identifier}.{item.identifier}", item.name, room, None
+    for closure in CLOSURES:
+        for socket in closure.sockets:
+            yield f"socket {socket.identifier}", socket.name, NODE, None
     for source in Path(ui.__file__).parent.glob("*.py"):
         for call in ast.walk(ast.parse(source.read_text(encoding="utf-8"))):
             kind = getattr(getattr(call, "func", None), "attr", "")

@@ -180,9 +180,15 @@ def _run(arguments, first) -> int | None:
             words = [f"--measure={','.join(measured)}"] * bool(measured) + [f"--film={arguments.film}"] * bool(
                 arguments.film
             )
-            files = export.write(
-                arguments.export, folder, tasks, chunk=arguments.chunk, options=arguments.job_options, words=words
-            )
+            with refused():
+                files = export.write(
+                    arguments.export,
+                    folder,
+                    tasks,
+                    chunk=arguments.chunk,
+                    options=arguments.job_options,
+                    words=words,
+                )
             return _said([file, *files], arguments)
         if arguments.plan:
             return _said([file], arguments)

@@ -54,6 +54,7 @@ def write(
     chunk:   tasks of a job
     options: of SLURM, such as --time=60
     words:   of the step that puts all together, such as --film and its file
+    Raises ValueError, one sentence, for a folder that SLURM cannot be told of.
     """
     chunk = chunk or min(CHUNK, len(tasks))
     if kind == "slurm":
@@ -68,13 +69,13 @@ def _slurm(folder, count, chunk, options, words):
     last = -(-count // chunk) - 1
     array = (
         f"#!/bin/bash\n#SBATCH --job-name=nimray\n#SBATCH --array=0-{last}\n#SBATCH --requeue\n#SBATCH --open-mode=append\n"
-        f"#SBATCH --output={folder / 'slurm-%a.log'}\n{more}"
+        f"#SBATCH --output={_log(folder, 'slurm-%a.log')}\n{more}"
         f"first=$((SLURM_ARRAY_TASK_ID * {chunk} + 1))\n"
         f"last=$((first + {chunk - 1} < {count} ? first + {chunk - 1} : {count}))\n"
         f"{nimray} sweep {plan} --lines $first-$last --quiet\n"
     )
     collect = (
-        f"#!/bin/bash\n#SBATCH --job-name=nimray-collect\n#SBATCH --output={folder / 'slurm-collect.log'}\n{more}"
+        f"#!/bin/bash\n#SBATCH --job-name=nimray-collect\n#SBATCH --output={_log(folder, 'slurm-collect.log')}\n{more}"
         f"{nimray} sweep {plan} {shlex.join(words)}\n"
     )
     submit = (
@@ -84,6 +85,13 @@ def _slurm(folder, count, chunk, options, words):
     )
     files = {"slurm-array.sh": array, "slurm-collect.sh": collect, "slurm-submit.sh": submit}
     return [_text(folder / name, text) for name, text in files.items()]
+
+
+def _log(folder, name):
+    """A file in the folder as #SBATCH takes it."""
+    if "\n" in str(folder):
+        raise ValueError(f"SLURM takes no folder with a line break in its name, as {str(folder)!r}; name another.")
+    return shlex.quote(f"{str(folder).replace('%', '%%')}/{name}")
 
 
 def _openjd(folder, count, chunk, words):

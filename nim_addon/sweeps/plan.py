@@ -44,12 +44,14 @@ class Task:
     values:  what is varied, as texts by its names
     part:    (first, count) of the request's samples; None: all of them
     probe:   whether it is only measured, and no picture of the sweep
+    blender: version that the plan is for; None: the one that is here
     """
 
     request: Request
     values: Mapping[str, str] = field(default_factory=dict, hash=False)
     part: tuple[int, int] | None = None
     probe: bool = False
+    blender: str | None = field(default=None, compare=False)
 
     @functools.cached_property
     def image(self) -> str:
@@ -74,7 +76,10 @@ class Task:
         """A dict of JSON-ready values that of() takes back."""
         part = {"part": list(self.part)} if self.part else {}
         probe = {"probe": True} if self.probe else {}
-        return {"key": self.key, "values": dict(self.values), **part, **probe, "request": self.request.record()}
+        request = self.request.record()
+        if self.blender:
+            request["blender"] = self.blender
+        return {"key": self.key, "values": dict(self.values), **part, **probe, "request": request}
 
     @classmethod
     def of(cls, record: Mapping[str, object], source: str = "the task") -> Task:
@@ -90,7 +95,8 @@ class Task:
             "".join([*texts, *texts.values()]).encode()
         except UnicodeError:
             raise ValueError(f"{source} has values that are no Unicode; write others.") from None
-        return cls(asked, texts, _part(part, asked, source), bool(record.get("probe", False)))
+        probe, blender = bool(record.get("probe", False)), str(request["blender"])
+        return cls(asked, texts, _part(part, asked, source), probe, blender)
 
 
 def _part(part, request, source):

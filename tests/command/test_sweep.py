@@ -161,6 +161,18 @@ def test_a_plan_edited_into_nonsense_names_its_line(nimray, tmp_path):
     assert done.returncode == 2 and "nimray: line 2 of plan.jsonl: n = 0" in done.stderr
 
 
+def test_a_plan_of_another_blender_is_refused(nimray, tmp_path):
+    """Also by whoever renders a line of it, in the job of a queue."""
+    nimray("sweep", "sphere", "--vary", "n=-2", "--plan", *SMALL, where=tmp_path)
+    file = tmp_path / "sweep" / "plan.jsonl"
+    (line,) = lines(file.parent)
+    line["request"]["blender"] = "9.9"
+    file.write_text(json.dumps(line) + "\n")
+    done = nimray("sweep", file, "--lines", "1")
+    assert done.returncode == 1 and "n = -2: the plan is for Blender 9.9, and " in done.stderr
+    assert nimray("sweep", file, "--lines", "1", "--mixed").returncode == 0
+
+
 def test_lines_of_a_plan_and_then_all_of_it(nimray, tmp_path):
     nimray("sweep", "sphere", "--vary", "n=-2,-1.5,-1", "--split", 2, "--plan", *SMALL, where=tmp_path)
     file = tmp_path / "sweep" / "plan.jsonl"

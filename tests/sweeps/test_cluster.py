@@ -381,8 +381,15 @@ def test_a_machine_without_a_queue(monkeypatch):
         cluster.check_queue("#!/bin/bash\n")
 
 
+def test_a_folder_that_slurm_cannot_be_told_of(spheres, tmp_path):
+    with pytest.raises(ValueError, match="no folder with a line break in its name"):
+        export.write("slurm", tmp_path / "a\nb", spheres(-1))
+
+
 def test_a_job_array_of_which_a_job_is_killed(spheres, tmp_path, queue):
-    """Killed in the middle, the step that puts all together renders what is missing."""
+    """Killed in the middle, the step that puts all together renders what is missing; of a folder with an odd name."""
+    tmp_path = tmp_path / "it's 100 %a"
+    tmp_path.mkdir()
     tasks = spheres(-2, -1.5, -1, -0.5, samples=64, size=(100, 75))
     plan.write(tmp_path, tasks)
     export.write("slurm", tmp_path, tasks, chunk=2, words=["--measure=mean"])
@@ -399,6 +406,7 @@ def test_a_job_array_of_which_a_job_is_killed(spheres, tmp_path, queue):
     subprocess.run(["scancel", "--signal=KILL", "--full", f"{array}_0"], check=False)
     wait(lambda: (tmp_path / "index.html").exists(), 240)
     assert results.to_do(tmp_path, tasks) == []
+    assert {file.name for file in tmp_path.glob("slurm-*.log")} == {"slurm-0.log", "slurm-1.log", "slurm-collect.log"}
     assert "mean" in (tmp_path / "table.csv").read_text().splitlines()[0]
 
 

@@ -3,9 +3,11 @@
 
 import dataclasses
 import json
+from types import SimpleNamespace
 
 import pytest
 
+from nim_addon.renders import asked
 from nim_addon.renders.request import Request
 from nim_addon.sweeps import plan, results, status
 from nim_addon.sweeps.plan import Task
@@ -31,13 +33,16 @@ def test_what_is_varied_is_of_the_scene_or_of_the_render():
         sphere_at({"n": "0"})
 
 
-def test_a_task_is_called_by_its_pixels():
+def test_a_task_is_called_by_its_pixels(monkeypatch):
     """Neither by how it is written, nor by the Blender that planned it; by all else."""
     task = Task(request(), {"n": "-1.5"})
     assert Task(request(mu="-1"), {}).key == task.key
-    record = task.record()
-    record["request"]["blender"] = "9.9"
-    assert Task.of(record).key == task.key
+    with monkeypatch.context() as patch:
+        patch.setattr(asked, "bpy", SimpleNamespace(app=SimpleNamespace(version_string="9.9")))
+        record = Task(request(), {}).record()
+    assert record["request"]["blender"] == "9.9" and record["key"] == task.key
+    read = Task.of(record)
+    assert read.key == task.key and read.record() == record  # also for whom it was planned
     others = [request(n="-1.4"), dataclasses.replace(request(), seed=1), dataclasses.replace(request(), samples=9)]
     assert len({Task(other).key for other in others} | {task.key}) == 4
 

@@ -158,5 +158,9 @@ def test_what_is_done_has_all_its_files(tmp_path):
     assert results.to_do(tmp_path, [task]) == [task]
     results.finish(tmp_path, task, made)
     assert results.to_do(tmp_path, [task, *plan.split(task, 2)]) == [] and results.made(tmp_path, task) == made
-    exr.unlink()
-    assert results.to_do(tmp_path, [task]) == [task]
+    for file in (exr, exr.with_suffix(".png"), exr.with_suffix(".json")):
+        kept = file.read_bytes()
+        file.unlink()
+        assert results.to_do(tmp_path, [task]) == [task]
+        file.write_bytes(kept)
+    assert results.to_do(tmp_path, [task]) == []

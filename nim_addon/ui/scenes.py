@@ -102,6 +102,7 @@ def build(settings: bpy.types.PropertyGroup) -> bpy.types.Scene:
     scene = SCENES[settings.scene].build(parameters_of(settings), backend_of(settings))
     if scene != settings.id_data:
         copy_settings(settings, scene.nim_scenes)
+        copy_settings(settings.id_data.nim_variants, scene.nim_variants)
     apply_quality(scene)
     apply_spectral(scene)
     built.remember(scene, standing.built_of(scene.nim_scenes))

@@ -58,10 +58,9 @@ def _items(scene):
     ]
 
 
-def _chosen(self, _context):
-    """Begin with values of the parameter that was just chosen."""
-    scene = self.id_data.nim_scenes.scene
-    setattr(self, f"{scene}_values", _first(scene, getattr(self, scene)))
+def _chosen(scene):
+    """The function that begins with values of the parameter that was just chosen for that scene."""
+    return lambda self, _context: setattr(self, f"{scene}_values", _first(scene, getattr(self, scene)))
 
 
 class NIM_PG_variants(bpy.types.PropertyGroup):
@@ -75,7 +74,7 @@ for _name in SCENES:
         items=_items(_name),
         default=USUAL,
         translation_context=OWN,
-        update=_chosen,
+        update=_chosen(_name),
     )
     NIM_PG_variants.__annotations__[f"{_name}_values"] = bpy.props.StringProperty(
         name="Values",

@@ -89,6 +89,16 @@ def test_what_has_changed_since_is_said_by_its_name(settings, build):
     assert "needs a liquid" in drawn()[0]
 
 
+def test_the_built_scene_varies_what_was_chosen(settings, build):
+    settings.scene = "pool"
+    chosen = bpy.context.scene.nim_variants
+    chosen.pool, chosen.pool_values, chosen.sphere = "n", "-1.1, 1.1", "n"
+    scene = build()
+    assert scene.nim_variants != chosen
+    assert (scene.nim_variants.pool, scene.nim_variants.pool_values) == ("n", "-1.1, 1.1")
+    assert (scene.nim_variants.sphere, scene.nim_variants.sphere_values) == ("n", "-1.5, -1, 1.33")
+
+
 def test_a_backend_that_is_missing_is_no_error_before_it_is_built(settings, build, on, monkeypatch):
     from nim_addon.cycles.closures import backends
 

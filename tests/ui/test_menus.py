@@ -40,6 +40,7 @@ def drawn(name):
     "words, operator",
     [
         ("caustic", "nim.bake_caustics"),
+        ("light path", "nim.light_paths_live"),
         ("light path", "nim.light_paths"),
         ("negative index", "nim.convert"),
         ("refraction", "nim.view_rendered"),

@@ -323,8 +323,8 @@ def _inwards(profile: Profile, p: NDArray, low: NDArray) -> tuple[NDArray, NDArr
         some = begins < last  # of what turns back farther out nothing is left
         if some.any():
             q = width[some, None] * np.square(np.sin(u))
-            of_panels = (np.repeat(values[some], _PANELS)[:, None] for values in (p, begins))
-            rate = _rate(profile, *of_panels, q.reshape(-1, len(nodes))).reshape(q.shape)
+            each, low_ends = (np.repeat(values[some], _PANELS)[:, None] for values in (p, begins))
+            rate = _rate(profile, each, low_ends, q.reshape(-1, len(nodes))).reshape(q.shape)
             passed[some] = (rate * width[some, None] * np.sin(2 * u) * weights).sum(axis=-1)[:, ::-1] * step / 2
         radii.append(np.exp(begins[:, None] + width * np.square(np.sin(step * np.arange(_PANELS)[::-1]))))
         angles.append(angles[-1][:, -1:] + np.cumsum(passed, axis=1))

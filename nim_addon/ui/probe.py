@@ -87,7 +87,7 @@ def _told(shown, _locale):
     if not math.isnan(found.theta_t):
         angle = f"{math.degrees(found.theta_t):.2f}°"
         if there.bends_backwards and shown.angle:
-            lines.append(say("θ₂ = {angle}: on the side it came from").format(angle=angle))
+            lines.append(say("θ₂ = {angle}, bent backwards").format(angle=angle))
         else:
             lines.append(f"θ₂ = {angle}")
     elif there.is_complex:

@@ -49,7 +49,7 @@ def test_the_panel_tells_them(addon, draw):
     material = material_of("-1.5")
     assert settings.angle == pytest.approx(math.radians(45))
     layout = draw(material, 900)
-    assert "R = 5.02 %, T = 95 %" in layout.text and "θ₂ = -28.13°: on the side it came from" in layout.text
+    assert "R = 5.02 %, T = 95 %" in layout.text and "θ₂ = -28.13°, bent backwards" in layout.text
     assert {("prop", "angle"), ("prop", "side"), ("operator", "nim.copy_curve")} <= set(layout.drawn)
     settings.side = "INSIDE"
     assert "R = 100 %, T = 0 %" in draw(material, 900).text and "all is reflected" in draw(material, 900).text

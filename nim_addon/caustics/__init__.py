@@ -6,7 +6,8 @@ baking.Bake; digest says whether a bake still is of its scene.
 """
 
 from ..cycles.visibility import CAUSTICS_MARK
-from .baking import MILLION, PHOTONS, REPORT, Bake, asked_for, bake, best_way, out_of_date
+from .baking import MILLION, PHOTONS, REPORT, Bake, bake, best_way, out_of_date
+from .frames import wanted
 from .placing import COLLECTION, baked, clear, left
 
 __all__ = [
@@ -16,11 +17,11 @@ __all__ = [
     "PHOTONS",
     "REPORT",
     "Bake",
-    "asked_for",
     "bake",
     "baked",
     "best_way",
     "clear",
     "left",
     "out_of_date",
+    "wanted",
 ]

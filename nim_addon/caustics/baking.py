@@ -204,7 +204,7 @@ class Bake:
 
         def write(part):
             with part.open("wb") as stream:
-                np.savez(stream, **state)
+                np.savez_compressed(stream, **state)  # most of a texture is dark
 
         whole(file, write)
 
@@ -285,15 +285,6 @@ def best_way(scene: bpy.types.Scene) -> str:
     with as_rendered(scene) as depsgraph:
         worn = {material for surface in shown(scene, depsgraph) for material in surface.materials}
     return "traced" if any(map(asked_interfaces, worn)) else "path"
-
-
-def asked_for(collection: bpy.types.Collection) -> tuple[int, int | None]:
-    """The photons, and the edge of the largest texture, that the baked() collection of a scene was asked for with."""
-    report = collection.get(REPORT)
-    if report is None:  # of a script, which says nothing
-        return PHOTONS, None
-    settings = list(report["settings"])  # empty where the bake was stopped before its end
-    return (int(settings[0]) * MILLION, int(settings[1])) if settings else (max(1, round(report["photons"])), None)
 
 
 def out_of_date(scene: bpy.types.Scene, marks: dict | None = None) -> bool:

@@ -14,6 +14,7 @@ import bpy
 
 from .. import caustics
 from ..base.files import writable_folder
+from ..caustics import frames
 from ..cycles import render, spectral, spectral_picture
 from ..cycles.images import record_of
 from ..cycles.material import resolve
@@ -104,7 +105,8 @@ class Session(Generic[Kind]):
         if request.blend:
             scene = request.blend.append()
             if request.frame is not None:
-                scene.frame_set(request.frame)
+                with frames.as_they_are():
+                    scene.frame_set(request.frame)
             request = _as_in(scene, request)
             for key, number in request.inputs or ():
                 set_input(scene, key, number)
@@ -222,9 +224,10 @@ def _as_in(scene, request):
 
 def _baked_anew(scene, request):
     """The request with caustics that are traced where the .blend has some that are of another state of its scene."""
-    if request.caustics is not None or not caustics.out_of_date(scene):
+    asked = None if request.caustics else caustics.wanted(scene)
+    if asked is None:
         return request
-    photons, texels = caustics.asked_for(known(caustics.baked(scene)))
+    photons, texels = asked
     photons, texels = request.photons or photons, request.texels or texels
     return dataclasses.replace(request, caustics="traced", photons=photons, texels=texels)
 

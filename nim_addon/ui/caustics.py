@@ -6,7 +6,7 @@ from bpy.app.translations import pgettext_iface
 from bpy.props import EnumProperty, IntProperty, PointerProperty
 
 from ..base.text import duration
-from . import caustics_bake, caustics_looks
+from . import caustics_bake, caustics_frames, caustics_looks
 from .panels import Sidebar, draw_sentence
 
 # Blender files hold these numbers.
@@ -66,11 +66,22 @@ class NIM_PT_caustics(Sidebar, bpy.types.Panel):
         column.prop(settings, "photons")
         column.prop(settings, "texels")
         column.prop(settings, "seed")
+        numbers = caustics_frames.range_of(context.scene)
+        text = pgettext_iface("Bake Frames {} to {}").format(numbers.start, numbers.stop - 1)
+        column.operator("nim.bake_caustics_frames", text=text, icon="RENDER_ANIMATION", translate=False)
 
 
 def _draw_known(layout, context, known):
     column = layout.column(align=True)
-    if not known.baked:
+    if known.kept:
+        there, count = known.kept
+        column.label(
+            text=pgettext_iface("Frames kept: {} of {}").format(there, count), icon="RENDER_ANIMATION", translate=False
+        )
+    if known.kept and not known.baked:
+        text = pgettext_iface("Nothing is kept of this frame, or the scene has changed since: bake the frames again")
+        draw_sentence(column, context, text, "ERROR")
+    elif not known.baked:
         column.label(text="No caustics yet", icon="INFO")
     elif known.stale:
         draw_sentence(column, context, pgettext_iface("Out of date: the scene has changed since"), "ERROR")

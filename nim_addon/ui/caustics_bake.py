@@ -6,6 +6,7 @@ from __future__ import annotations
 import contextlib
 import time
 from collections.abc import Callable
+from typing import Any
 
 import bpy
 from bpy.app.handlers import persistent
@@ -13,7 +14,7 @@ from bpy.app.translations import pgettext_iface, pgettext_rpt
 
 from .. import caustics
 from ..base.text import duration
-from ..caustics import MILLION
+from ..caustics import MILLION, frames
 from ..caustics.digest import digest
 from . import caustics_looks, escape
 
@@ -46,6 +47,11 @@ class Run:
         self.stack = contextlib.ExitStack()
         self.stack.enter_context(bake)
         self.rounds = iter(bake)
+
+    @property
+    def enough(self) -> bool:
+        """Whether there is something to keep where it is stopped now."""
+        return self.bake.done >= LEAST_ROUNDS
 
     @property
     def photons(self) -> float:
@@ -89,6 +95,11 @@ class Run:
             "settings": [str(value) for value in self.settings] if self.bake.done == self.bake.total else [],
         }
 
+    def told(self) -> str:
+        """What is said once it is kept."""
+        text = pgettext_rpt("Caustics baked: {millions} million photons in {time}")
+        return text.format(millions=millions(self.photons), time=duration(time.monotonic() - self.started))
+
     def close(self) -> None:
         """Take away what was made for tracing."""
         with contextlib.suppress(ReferenceError):  # another file, or another state of this one, took it away
@@ -128,10 +139,11 @@ class Press:
     """What one press of the button does, bit by bit: each returns the state of the operator, empty while it goes on.
 
     report: function of a set of one word, as {"INFO"}, and a sentence
+    make:   what makes the Run of a scene, or what is used as one
     """
 
-    def __init__(self, report: Callable[[set[str], str], None]):
-        self.run, self.report = None, report
+    def __init__(self, report: Callable[[set[str], str], None], make: Callable[[bpy.types.Scene], Any] = Run):
+        self.run, self.report, self.make = None, report, make
         self.asked_to_stop = False  # in another window than the one it was started in
 
     def tick(self, scene: bpy.types.Scene) -> set[str]:
@@ -139,7 +151,7 @@ class Press:
         global _run
         try:
             if self.run is None and _run is None:
-                self.run = _run = Run(scene)
+                self.run = _run = self.make(scene)
             elif _run is not self.run:
                 return {"CANCELLED"}  # undone, another file was opened, or another bake was quicker to start
             elif self.run.more:
@@ -165,7 +177,7 @@ class Press:
     def stop(self) -> set[str]:
         """Keep what is traced so far, if that is enough to be seen."""
         run = _run
-        if run is None or run.bake.done < LEAST_ROUNDS:
+        if run is None or not run.enough:
             drop()
             self.report({"INFO"}, pgettext_rpt("Stopped before anything could be seen; nothing is changed"))
             return {"CANCELLED"}
@@ -177,13 +189,11 @@ class Press:
         run.keep()
         drop()
         caustics_looks.forget()
-        text = pgettext_rpt("Caustics baked: {millions} million photons in {time}")
-        taken = duration(time.monotonic() - run.started)
-        self.report({"INFO"}, text.format(millions=millions(run.photons), time=taken))
+        self.report({"INFO"}, run.told())
         return {"FINISHED"}
 
 
-def _busy(context):
+def busy(context: bpy.types.Context) -> str | None:
     """Why nothing can be baked or cleared just now, or None."""
     if _run is not None:
         return "Caustics are being baked; Esc stops it"
@@ -192,34 +202,26 @@ def _busy(context):
     return None
 
 
-class NIM_OT_bake_caustics(bpy.types.Operator):
-    """Bake caustics; while a window is open it is a modal operator, a round each time its timer fires."""
+def rendering() -> str | None:
+    """Why nothing can be traced just now, or None."""
+    return "A render is under way; wait for it, or cancel it" if bpy.app.is_job_running("RENDER") else None
 
-    bl_idname = "nim.bake_caustics"
-    bl_label = "Bake Caustics"
-    bl_description = (
-        "Trace light from the lamps through interfaces and by mirrors, and let the surfaces shine where it lands. "
-        "It takes the place of the last render in the Image editor"
-    )
-    bl_options = {"REGISTER", "UNDO"}
 
-    @classmethod
-    def poll(cls, context):
-        problem = _busy(context)
-        if not problem and bpy.app.is_job_running("RENDER"):
-            problem = "A render is under way; wait for it, or cancel it"
-        elif not problem and caustics_looks.up_to_date(context.scene):
-            problem = "The caustics are up to date"
-        if problem:
-            cls.poll_message_set(problem)
-        return problem is None
+class Baking:
+    """What the operators that bake share; while a window is open they are modal, a round each time their timer fires."""
+
+    make = Run  # of a scene
+
+    def status(self, text: str) -> str:
+        """What the status bar says, with how far it is."""
+        return pgettext_iface("Caustics: {}. Esc: stop, and keep what is traced").format(text)
 
     def invoke(self, context, event):
         if bpy.app.background or context.window is None:
             return self.execute(context)
         global _timer
         manager = context.window_manager
-        press = self.press = Press(self.report)
+        press = self.press = Press(self.report, type(self).make)
         timer = _timer = manager.event_timer_add(0.02, window=context.window)
         manager.progress_begin(0, 100)
         manager.modal_handler_add(self)
@@ -240,7 +242,7 @@ class NIM_OT_bake_caustics(bpy.types.Operator):
         return {"PASS_THROUGH"} if event.type in LOOKING else {"RUNNING_MODAL"}
 
     def execute(self, context):
-        manager, press = context.window_manager, Press(self.report)
+        manager, press = context.window_manager, Press(self.report, type(self).make)
         manager.progress_begin(0, 100)
         try:
             while True:
@@ -260,8 +262,7 @@ class NIM_OT_bake_caustics(bpy.types.Operator):
         if _run is None:
             return
         context.window_manager.progress_update(100 * _run.part)
-        text = pgettext_iface("Caustics: {}. Esc: stop, and keep what is traced").format(_run.text())
-        context.workspace.status_text_set(text)
+        context.workspace.status_text_set(self.status(_run.text()))
         if context.area:
             context.area.tag_redraw()
 
@@ -274,6 +275,27 @@ class NIM_OT_bake_caustics(bpy.types.Operator):
         return state
 
 
+class NIM_OT_bake_caustics(Baking, bpy.types.Operator):
+    """Bake the caustics of the frame that is shown."""
+
+    bl_idname = "nim.bake_caustics"
+    bl_label = "Bake Caustics"
+    bl_description = (
+        "Trace light from the lamps through interfaces and by mirrors, and let the surfaces shine where it lands. "
+        "It takes the place of the last render in the Image editor"
+    )
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        problem = busy(context) or rendering()
+        if not problem and caustics_looks.up_to_date(context.scene):
+            problem = "The caustics are up to date"
+        if problem:
+            cls.poll_message_set(problem)
+        return problem is None
+
+
 class NIM_OT_clear_caustics(bpy.types.Operator):
     """Take the baked caustics out of this scene; its surfaces and lamps are as before"""
 
@@ -283,7 +305,7 @@ class NIM_OT_clear_caustics(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        problem = _busy(context)
+        problem = busy(context)
         if not problem and not caustics_looks.left(context.scene):
             problem = "This scene has no baked caustics"
         if problem:
@@ -291,9 +313,16 @@ class NIM_OT_clear_caustics(bpy.types.Operator):
         return problem is None
 
     def execute(self, context):
+        kept = frames.frames_of(context.scene)
+        frames.forget_frames(context.scene)
         caustics.clear(context.scene)
         caustics_looks.forget()
-        self.report({"INFO"}, pgettext_rpt("Caustics cleared"))
+        said = pgettext_rpt("Caustics cleared")
+        if kept:  # which a bake finds again
+            said = pgettext_rpt("Caustics cleared; those of the frames stay in {}").format(
+                bpy.path.abspath(kept.folder)
+            )
+        self.report({"INFO"}, said)
         return {"FINISHED"}
 
 

@@ -8,7 +8,7 @@ from bpy.app.handlers import persistent
 from bpy.app.translations import pgettext_iface
 
 from .. import caustics
-from ..caustics import lights
+from ..caustics import frames, lights
 from ..caustics.digest import forget_changed
 from .looks import Looks
 
@@ -26,7 +26,8 @@ class Known:
         self.baked = collection is not None
         report = collection.get(caustics.REPORT) if self.baked else None
         self.report = report.to_dict() if report else None  # a script's own bake says nothing of itself
-        self.left = caustics.left(scene)
+        self.left = caustics.left(scene) or frames.frames_of(scene) is not None
+        self.kept = frames.kept(scene, range(scene.frame_start, scene.frame_end + 1, scene.frame_step))
         self.stale = self.baked and caustics.out_of_date(scene, MESHES)
 
 
@@ -63,7 +64,9 @@ def up_to_date(scene: bpy.types.Scene) -> bool:
 
 def left(scene: bpy.types.Scene) -> bool:
     """Whether there is anything to clear, from what is known if that is fresh."""
-    return LOOKS.last(scene).left if LOOKS.is_fresh(scene) else caustics.left(scene)
+    if LOOKS.is_fresh(scene):
+        return LOOKS.last(scene).left
+    return caustics.left(scene) or frames.frames_of(scene) is not None
 
 
 @persistent

@@ -223,7 +223,7 @@ class Bake:
     def _mark(self):
         # sums are kept by the numbers of charts and the names of objects
         charts = [(chart.name, chart.axis) for chart in self.tracer.charts]
-        of = [digest(self.scene), self.seed, self.photons, self.total, self.texels, bpy.app.version_string, charts]
+        of = [digest(self.scene), self.seed, self.photons, self.total, self.texels, charts]
         return hashlib.sha256(json.dumps([*of, repr([light for light, _ in self.sources])]).encode()).hexdigest()
 
 

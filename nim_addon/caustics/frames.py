@@ -110,8 +110,10 @@ def let_go(scene: bpy.types.Scene) -> None:
 
     Afterwards what was evaluated would name data that is gone, of which Blender falls over.
     """
-    if _follows(scene):
+    if _follows(scene) and baked(scene):
         clear(scene)
+        for view in scene.view_layers:
+            view.update()
 
 
 def follow(scene: bpy.types.Scene) -> bool:

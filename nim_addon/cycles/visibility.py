@@ -118,8 +118,9 @@ def as_rendered(scene: bpy.types.Scene) -> Iterator[bpy.types.Depsgraph]:
                     put(modifier, "show_in_editmode", True)
                 if hasattr(modifier, "render_levels"):
                     put(modifier, "levels", modifier.render_levels)
-        with bpy.context.temp_override(scene=scene, view_layer=view):
-            yield bpy.context.evaluated_depsgraph_get()
+        # not the context's, which a render that changes the frame, in a thread of its own, must not touch
+        view.update()
+        yield view.depsgraph
     finally:
         for obj in eyes:
             obj.hide_set(True, view_layer=view)

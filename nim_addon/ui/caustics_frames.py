@@ -4,7 +4,9 @@
 from __future__ import annotations
 
 import contextlib
+import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import bpy
@@ -18,6 +20,8 @@ from ..caustics import frames
 from ..caustics.baking import SAVING
 from . import caustics_bake, caustics_looks
 from .caustics_bake import MILLION, Baking
+
+PATIENCE = 60.0  # seconds that a render waits for the caustics of a frame
 
 
 def range_of(scene: bpy.types.Scene) -> range:
@@ -170,21 +174,44 @@ def _plays():
     )
 
 
+def in_the_main_thread(act: Callable[[], object]) -> None:
+    """Call `act`, in a render that a window goes on beside, whose thread has handlers called, by way of a timer.
+
+    What makes, removes or evaluates data in another thread than the window's has Blender fall over.
+    """
+    if threading.current_thread() is threading.main_thread():
+        act()
+        return
+    over = threading.Event()
+
+    def acted():
+        if not over.is_set():  # else nobody waits for it any more
+            try:
+                act()
+            finally:
+                over.set()
+
+    bpy.app.timers.register(acted)
+    over.wait(PATIENCE)
+    over.set()
+
+
 @persistent
 def changes(scene: bpy.types.Scene, _depsgraph: bpy.types.Depsgraph | None = None) -> None:
     """Called by Blender before a new frame is evaluated, in a render too."""
-    if not caustics_bake.under_way():
-        frames.let_go(scene)
+    if frames.frames_of(scene) and not caustics_bake.under_way():
+        in_the_main_thread(lambda: frames.let_go(scene))
 
 
 @persistent
 def changed(scene: bpy.types.Scene, _depsgraph: bpy.types.Depsgraph | None = None) -> None:
     """Called by Blender after that, and where an animation no longer plays."""
+    if frames.frames_of(scene) is None:
+        return
     # textures take longer than a frame that is played: they come when it stops
     if not caustics_bake.under_way() and not _plays():
-        frames.follow(scene)
-    if frames.frames_of(scene):
-        caustics_looks.LOOKS.outdate(scene)
+        in_the_main_thread(lambda: frames.follow(scene))
+    caustics_looks.LOOKS.outdate(scene)
 
 
 CLASSES = (NIM_OT_bake_frames,)

@@ -40,7 +40,9 @@ class Looks:
         return scene.session_uid in self._fresh
 
     def renew(self, uid: int, *given: Any) -> None:
-        """Look at the scene of that session_uid now, if it is still there."""
+        """Look at the scene of that session_uid now, if it is still there, and no render has what is evaluated of it wait."""
+        if bpy.app.is_job_running("RENDER"):
+            return
         scene = next((scene for scene in bpy.data.scenes if scene.session_uid == uid), None)
         if scene:
             self._known[uid] = self.look(scene, *given)

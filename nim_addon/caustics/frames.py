@@ -124,6 +124,7 @@ def follow(scene: bpy.types.Scene) -> bool:
     frames, frame = _follows(scene), scene.frame_current
     if frames is None:
         return not _paused and frames_of(scene) is not None
+    let_go(scene)
     with as_they_are():
         try:
             with frames.bake(scene) as bake:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import threading
 import time
 from collections.abc import Callable
@@ -198,21 +199,16 @@ def in_the_main_thread(act: Callable[[], object]) -> None:
 
 @persistent
 def changes(scene: bpy.types.Scene, _depsgraph: bpy.types.Depsgraph | None = None) -> None:
-    """Called by Blender before a new frame is evaluated, in a render too."""
-    if frames.frames_of(scene) and not caustics_bake.under_way():
-        in_the_main_thread(lambda: frames.let_go(scene))
+    """Called by Blender before a new frame is evaluated, in a render too, and where an animation no longer plays.
 
-
-@persistent
-def changed(scene: bpy.types.Scene, _depsgraph: bpy.types.Depsgraph | None = None) -> None:
-    """Called by Blender after that, and where an animation no longer plays."""
-    if frames.frames_of(scene) is None:
+    Later would be too late: a render would not see what is put in, and what is evaluated would name data that is gone.
+    """
+    if frames.frames_of(scene) is None or caustics_bake.under_way():
         return
     # textures take longer than a frame that is played: they come when it stops
-    if not caustics_bake.under_way() and not _plays():
-        in_the_main_thread(lambda: frames.follow(scene))
+    in_the_main_thread(functools.partial(frames.let_go if _plays() else frames.follow, scene))
     caustics_looks.LOOKS.outdate(scene)
 
 
 CLASSES = (NIM_OT_bake_frames,)
-HANDLERS = (("frame_change_pre", changes), ("frame_change_post", changed), ("animation_playback_post", changed))
+HANDLERS = (("frame_change_pre", changes), ("animation_playback_post", changes))

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What EEVEE is given of a material: R, the tint and a veil, by an output of its own, which Cycles does not read."""
 
+import dataclasses
+
 import bpy
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ from nim_addon.cycles.closures import INTERFACE, preview
 from nim_addon.cycles.graded import graded_ball_material
 from nim_addon.cycles.lenslets import lenslet_material
 from nim_addon.cycles.material import interface_material, interface_nodes, switch_backend
+from nim_addon.cycles.nodes import empty_tree
 from nim_addon.cycles.slabs import slab_material
 from nim_addon.cycles.visibility import asked
 from nim_addon.physics import MEDIA, Interface, Medium
@@ -118,3 +121,30 @@ def test_what_a_person_made_gets_none(empty_file):
     interface_nodes(mine)[0].node_tree[closures.closure.VERSION_MARK] = INTERFACE.version - 1
     assert versions.update().updated
     assert set(outputs(mine)) == {"ALL", "EEVEE"} and set(outputs(mixed)) == {"ALL"}
+
+
+def test_the_output_is_numbered_last(empty_file):
+    """Values follow the numbers of sockets: those of groups without this output must stay, or a switch exchanges values."""
+    for group in (INTERFACE.filled("osl"), INTERFACE.group("nodes")):
+        numbers = [item.identifier for item in group.interface.items_tree if item.name != "EEVEE"]
+        assert numbers == [f"Socket_{place}" for place in range(len(numbers))]
+
+
+def test_a_file_without_it_is_switched_with_all_its_values(empty_file):
+    earlier = dataclasses.replace(INTERFACE, outputs=(closures.closure.BSDF,), preview=None, version=3)
+    material = bpy.data.materials.new("x")
+    tree = empty_tree(material)
+    node, output = tree.nodes.new("ShaderNodeGroup"), tree.nodes.new("ShaderNodeOutputMaterial")
+    node.node_tree = earlier.filled("osl")
+    tree.links.new(node.outputs["BSDF"], output.inputs["Surface"])
+    node.inputs["Index Inside"].default_value, node.inputs["Permeability Outside"].default_value = -1.33, 2.0
+
+    def values():
+        (node,) = interface_nodes(material)
+        return {socket.name: np.ravel(socket.default_value).tolist() for socket in node.inputs}
+
+    before = values()
+    versions.update()
+    for backend in BACKENDS:
+        switch_backend(material, backend)
+        assert values() == before and set(outputs(material)) == {"ALL", "EEVEE"}

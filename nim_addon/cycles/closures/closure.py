@@ -220,20 +220,24 @@ class Closure:
             if types.get(item.name, item.socket_type) != item.socket_type:
                 group.interface.remove(item)
         kept = {(item.in_out, item.name): item for item in _items(group)}
-        for output in self.outputs:
-            if ("OUTPUT", output.name) not in kept:
-                group.interface.new_socket(output.name, in_out="OUTPUT", socket_type=output.type)
-        for place, socket in enumerate(self.sockets, start=len(self.outputs)):
-            item = kept.get(("INPUT", socket.name))
-            if item is None:
-                item = group.interface.new_socket(socket.name, in_out="INPUT", socket_type=socket.type)
+        wanted = [*(("OUTPUT", output) for output in self.outputs), *(("INPUT", socket) for socket in self.sockets)]
+        # a preview comes last: Blender numbers sockets as they come, and keeps values of nodes by these numbers
+        first = len(self.outputs) - bool(self.preview)
+        for in_out, socket in wanted[:first] + wanted[len(self.outputs) :] + wanted[first : len(self.outputs)]:
+            if (in_out, socket.name) not in kept:
+                kept[in_out, socket.name] = group.interface.new_socket(
+                    socket.name, in_out=in_out, socket_type=socket.type
+                )
+        for socket in self.sockets:
+            item = kept["INPUT", socket.name]
             item.description = socket.description
             item.default_value = socket.default
             if socket.min is not None:
                 item.min_value, item.max_value = socket.min, socket.max
             item.hide_value = socket.hide_value
-            if item.index != place:
-                group.interface.move(item, place)
+        for place, (in_out, socket) in enumerate(wanted):
+            if kept[in_out, socket.name].index != place:
+                group.interface.move(kept[in_out, socket.name], place)
 
     # -------------------------------------------------------------------------------------------- its shader and its nodes
 

@@ -174,7 +174,7 @@ def test_a_render_beside_a_window_waits_for_the_main_thread(scene, monkeypatch):
     act(lambda: acted.append(threading.current_thread()))
     thread = threading.Thread(target=act, args=(lambda: acted.append(threading.current_thread()),))
     thread.start()
-    while not timers:
+    while thread.is_alive() and not timers:
         time.sleep(0.001)
     assert thread.is_alive() and len(acted) == 1
     timers[0]()

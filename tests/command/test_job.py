@@ -13,10 +13,18 @@ from nim_addon.renders.request import Request
 TINY = {"size": (16, 12), "samples": 2, "backend": "nodes"}
 
 
+class Nothing:
+    """Stands for a request whose record has nothing in it."""
+
+    def record(self):
+        return {}
+
+
 def text_of(requests, folder, joined="", compared=None):
     """The JSON that asks for requests by the names of their images."""
     records = {name: request.record() for name, request in requests.items()}
-    return json.dumps({"requests": records, "folder": str(folder), "joined": joined, "compared": compared or {}})
+    job = {"requests": records, "folder": str(folder), "joined": joined, "compared": compared or {}, "captions": []}
+    return json.dumps(job)
 
 
 def run(text):
@@ -50,7 +58,7 @@ def test_a_job_renders_its_requests_and_says_how_far_it_is(tmp_path):
     (
         ("{", "the job is not understood"),
         ("{}", "the job is not understood"),
-        (json.dumps({"requests": {"mine": {}}, "folder": "new", "joined": "", "compared": {}}), "mine does not record"),
+        (text_of({"mine": Nothing()}, "new"), "mine does not record"),
     ),
 )
 def test_a_job_that_makes_no_sense_is_refused(text, says, tmp_path, monkeypatch):

@@ -26,7 +26,7 @@ from nim_addon.scenes.stage import Stage
 ROOT = Path(__file__).parents[2]
 # What each backend's group held when its closure's version was last raised, by the closure's shader.
 FINGERPRINTS = {
-    "nim_interface": {"osl": "0b8dcb6184b816be", "nodes": "19c06dd457696a19"},
+    "nim_interface": {"osl": "0b8dcb6184b816be", "nodes": "0914c7221b4c66fd"},
     "nim_shutter": {"osl": "6a685c889f452bd9", "nodes": "a9e68e22ad0e4aa6"},
     "nim_clear_path": {"osl": "f397775b73ea8c91", "nodes": "02ce0ae3dca101a9"},
     "nim_graded_ball": {"osl": "6b71c5a09e9e8618", "nodes": "3e3a6f198091004c"},

@@ -153,6 +153,11 @@ def test_words_that_make_no_sense(words, told, tmp_path, capsys, monkeypatch):
     assert [file for file in tmp_path.rglob("*") if file.is_file()] == []
 
 
+def test_what_is_left_out_is_said_without_control_characters(nimray, tmp_path):
+    done = nimray("sweep", "sphere", "--vary", "n=-2,\x1b[31m", "--plan", *SMALL, where=tmp_path)
+    assert done.returncode == 0 and r"left out n = \x1b[31m" in done.stderr and "\x1b" not in done.stderr
+
+
 def test_a_plan_edited_into_nonsense_names_its_line(nimray, tmp_path):
     nimray("sweep", "sphere", "--vary", "n=-2,-1", "--plan", *SMALL, where=tmp_path)
     file = tmp_path / "sweep" / "plan.jsonl"

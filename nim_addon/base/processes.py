@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import subprocess
 import sys
@@ -59,7 +60,8 @@ def second_blender(
 def end(process: subprocess.Popen[str], patience: float) -> None:
     """Let a second Blender end by itself, and kill it after so many seconds; returns when it has ended."""
     assert process.stdin
-    process.stdin.close()
+    with contextlib.suppress(OSError):  # it was killed before it had read all
+        process.stdin.close()
     try:
         process.wait(patience)
     except subprocess.TimeoutExpired:

@@ -6,6 +6,7 @@ import json
 import os
 import signal
 import socket
+import time
 
 import numpy as np
 import OpenImageIO as oiio
@@ -103,6 +104,15 @@ def test_a_child_that_is_killed_is_started_anew(spheres, sweep, tmp_path):
     assert results.to_do(tmp_path, tasks) == [] and len(child) == 4
     left = {file.suffix for file in (tmp_path / "images").rglob("*") if file.is_file()}
     assert left == {".exr", ".png", ".json"}
+
+
+def test_a_child_that_is_killed_before_it_has_read_its_order(spheres, tmp_path):
+    child = Child("")
+    child.start()
+    os.kill(child.pid, signal.SIGKILL)
+    time.sleep(0.5)
+    outcome = child.carry_out(Order(*spheres(-1)).record(tmp_path))
+    assert outcome.again and "ended (exit code -9)" in outcome.problem
 
 
 def test_a_task_that_always_kills_its_blender_is_left(spheres, sweep, monkeypatch):

@@ -384,8 +384,8 @@ class NIM_PT_jobs(Sidebar, bpy.types.Panel):
     """Headless renders: start, progress, result."""
 
     bl_idname = "NIM_PT_jobs"
-    bl_label = "Headless Render"
-    page = "scenes#render-headless"
+    bl_label = "Render the Example"
+    page = "scenes#render-the-example"
     bl_parent_id = "NIM_PT_scenes"
 
     def draw(self, context):

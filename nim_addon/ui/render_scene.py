@@ -165,7 +165,7 @@ class NIM_PT_render(Sidebar, bpy.types.Panel):
 
     bl_idname = "NIM_PT_render"
     bl_label = "Render Headless"
-    page = "scenes#render-headless"
+    page = "own-scene#render-headless"
     bl_order = 35
     bl_options = {"DEFAULT_CLOSED"}
 

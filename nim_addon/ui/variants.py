@@ -163,7 +163,7 @@ class NIM_PT_variants(Sidebar, bpy.types.Panel):
 
     bl_idname = "NIM_PT_variants"
     bl_label = "Variants"
-    page = "scenes#render-headless"
+    page = "scenes#render-the-example"
     bl_parent_id = "NIM_PT_scenes"
     bl_options = {"DEFAULT_CLOSED"}
 

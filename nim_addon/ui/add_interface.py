@@ -53,6 +53,10 @@ class NIM_OT_add_node(NodeAddition, bpy.types.Operator):
         draw_choice(self.layout, self, "medium", "n", "mu")
 
 
+def _cube(size):
+    return shapes.box((-size / 2,) * 3, (size / 2,) * 3)
+
+
 def _slab(size):
     vertices, faces = shapes.box((-size / 2, -size / 2, -size / 20), (size / 2, size / 2, size / 20))
     return vertices, faces
@@ -77,9 +81,10 @@ def _sphere(size):
     return vertices * size / 2, faces
 
 
-SHAPES = {"sphere": _sphere, "slab": _slab, "prism": _prism, "liquid": _liquid}
+SHAPES = {"sphere": _sphere, "cube": _cube, "slab": _slab, "prism": _prism, "liquid": _liquid}
 SHAPE_ITEMS = (
     ("sphere", "Sphere", "A ball, round to 1e-5 of its radius", "MESH_UVSPHERE", 0),
+    ("cube", "Cube", "A block with six square faces", "MESH_CUBE", 4),
     ("slab", "Slab", "A plate with parallel faces, a tenth as thick as it is wide", "MESH_PLANE", 1),
     ("prism", "Prism", "A prism over an equilateral triangle", "MESH_CONE", 2),
     ("liquid", "Liquid", "A body of liquid: a closed cylinder with a flat top", "MESH_CYLINDER", 3),
@@ -95,9 +100,7 @@ class NIM_OT_add_object(ObjectAddition, bpy.types.Operator):
     shape: bpy.props.EnumProperty(
         name="Shape", description="What body to add", items=SHAPE_ITEMS, translation_context=OWN
     )
-    size: length_property(
-        "Size", "Its width: the sphere's and the liquid's diameter, the slab's and the prism's side", 2.0
-    )
+    size: length_property("Size", "Its width: the sphere's and the liquid's diameter, the side of the others", 2.0)
     medium: medium_property("nim-1.5", "Medium", "What it is made of; outside is air")
     n: index_property(-1.5)
     mu: permeability_property()

@@ -22,6 +22,7 @@ from nim_addon.physics.uniaxial import UniaxialSlab
     "shape, size, extent",
     [
         ("sphere", 2.0, (2, 2, 2)),
+        ("cube", 3.0, (3, 3, 3)),
         ("slab", 2.0, (2, 2, 0.2)),
         ("prism", 2.0, (2, 2, np.sqrt(3))),
         ("liquid", 0.5, (0.5, 0.5, 0.25)),

@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How the story of steps.py is told: each step is done, waited for, undone and redone where it changes data, and pictured."""
+
+import faulthandler
+import os
+import time
+import traceback
+
+import bpy
+import lab
+import labels
+
+OUT = os.environ["PRESS_OUT"]
+ONLY = os.environ.get("PRESS_ONLY", "").split()
+# Seconds for a picture of Cycles, as part of what a page's picture takes.
+HASTE = float(os.environ.get("PRESS_HASTE", "1"))
+LONGEST = 240  # seconds that anything may take
+# what saves the screen: the lab's own, since Blender's screenshots are black without a graphics card
+grab = lab.window.__globals__["grab"]
+
+STEPS = []
+
+
+def step(wait=1.5, shot=True, undo=False):
+    """A step of the story.
+
+    wait: seconds until it is over, or a function that says whether it is
+    shot: whether a picture is taken then
+    undo: whether it changes data: it is undone, which must bring back what was before, and redone
+    """
+
+    def add(function):
+        STEPS.append((function, wait, shot, undo))
+        return function
+
+    return add
+
+
+def rendered(seconds):
+    """As long as Cycles needs for a picture, less if it is of no page."""
+    return max(4, seconds * HASTE)
+
+
+def state_of_data():
+    """What undo must bring back, as lines: scenes, objects and where they stand, what they wear, n, keyframes, images."""
+    lines = [f"scene {scene.name}: {sorted(scene.objects.keys())}" for scene in bpy.data.scenes]
+    for obj in bpy.data.objects:
+        place = [round(value, 4) + 0.0 for row in obj.matrix_basis for value in row]
+        worn = [slot.material.name if slot.material else None for slot in obj.material_slots]
+        lines.append(f"object {obj.name} {obj.type} {place} {worn}")
+    for material in bpy.data.materials:
+        tree = material.node_tree
+        values = [
+            (node.name, socket.name, round(socket.default_value, 4))
+            for node in (tree.nodes if tree else ())
+            for socket in node.inputs
+            if socket.type == "VALUE"
+        ]
+        action = (
+            tree.animation_data.action.name if tree and tree.animation_data and tree.animation_data.action else None
+        )
+        lines.append(f"material {material.name} {values} {action}")
+    lines += [f"image {image.name}" for image in bpy.data.images if image.name not in ("Render Result", "Viewer Node")]
+    return sorted(lines)
+
+
+def compare(before, after, what):
+    """Fail where undo or redo has not brought back what was."""
+    gone, new = sorted(set(before) - set(after)), sorted(set(after) - set(before))
+    if gone or new:
+        raise AssertionError(f"{what} leaves another state; missing: {gone[:6]}, too much: {new[:6]}")
+
+
+def redraw():
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if not (area.type == "VIEW_3D" and area.spaces.active.shading.type == "RENDERED"):
+                area.tag_redraw()
+
+
+class Teller:
+    """Tells the story from a timer: `done` once it is over, or has failed."""
+
+    def __init__(self):
+        self.steps = [one for one in STEPS if not ONLY or one[0].__name__ in ONLY]
+        self.done = False
+        self.cut = set()
+        self.at = 0
+        self.way = iter(())
+        self.until = None  # what is waited for: a function
+
+    def tick(self):
+        """A timer of Blender."""
+        try:
+            if self.until is not None and not self.until():
+                redraw()
+                return 0.2
+            self.until = None
+            with bpy.context.temp_override(window=lab.window()):
+                self.until = next(self.way)
+            return 0.1
+        except StopIteration:
+            if self.at < len(self.steps):
+                self.way = self._one(*self.steps[self.at])
+                self.at += 1
+                return 0.1
+            if self.cut:
+                self._fail("Labels are cut off:\n" + "\n".join(map(str, sorted(self.cut))))
+            self.done = True
+            return None
+        except Exception:
+            # the others may tell more
+            self._fail(f"{self.steps[self.at - 1][0].__name__}: {traceback.format_exc()}")
+            self.way, self.until = iter(()), None
+            return 0.1
+
+    def _fail(self, text):
+        print(text, flush=True)
+        grab(os.path.join(OUT, f"failed-{self.at:02d}.png"))
+        with open(os.path.join(OUT, "failed.txt"), "a") as file:
+            file.write(f"{text}\n")
+
+    def _one(self, function, wait, shot, undo):
+        """Do a step; yields what is to be waited for."""
+        name = function.__name__
+        if os.environ.get("PRESS_STUCK"):  # say where Blender hangs
+            faulthandler.dump_traceback_later(float(os.environ["PRESS_STUCK"]))
+        print(f"[press] {name}", flush=True)
+        begun = time.monotonic()
+        before = state_of_data() if undo else None
+        function()
+        yield over(wait)
+        if undo:
+            after = state_of_data()
+            if before == after:
+                raise AssertionError(f"{name} changes nothing")
+            bpy.ops.ed.undo()
+            yield over(0.5)
+            compare(before, state_of_data(), f"undo after {name}")
+            bpy.ops.ed.redo()
+            yield over(0.7)
+            compare(after, state_of_data(), f"redo after {name}")
+        self.cut |= {(name, *line) for line in labels.cut_off(lab.window())}
+        if shot:
+            grab(os.path.join(OUT, f"{self.at:02d}-{name}.png"))
+        print(f"[press] {name}: {time.monotonic() - begun:.1f} s", flush=True)
+
+
+def over(wait):
+    """What says when a wait is over; it fails where that takes too long."""
+    begun = time.monotonic()
+
+    def ask():
+        passed = time.monotonic() - begun
+        if passed > LONGEST:
+            raise TimeoutError(f"not over after {LONGEST} s")
+        return wait() and passed > 1.5 if callable(wait) else passed >= wait
+
+    return ask
+
+
+def begin():
+    """Tell the story; the lab waits for its end."""
+    teller = Teller()
+    bpy.app.timers.register(teller.tick, first_interval=0.5, persistent=True)
+    lab.wait_for(lambda: teller.done)
+    lab.settle = 0.1

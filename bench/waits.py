@@ -1,14 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a person waits for: the command's first word, the add-on's start, a scene, a redraw, light paths.
+"""What a person waits for: the command's first word, the add-on's start, a scene, a redraw, light paths, the rendered view.
 
-Times are of the processor, the least of several runs; a run by itself is as slow as the machine is busy.
+  .venv/bin/python bench/waits.py [LAB-SCRIPT LAB-FOLDER]
+
+Times are of the processor, the least of several runs; a run by itself is as slow as the machine is busy. The rendered view
+needs a window: it is timed in a Blender lab where one is named (docs/press/press.py says what that is), on the clock.
 """
 
+import json
+import os
 import resource
+import statistics
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable
+from pathlib import Path
 from types import SimpleNamespace
 
 import bpy
@@ -20,6 +28,9 @@ from nim_addon.scenes import SCENES
 
 RUNS = 5
 OTHERS = 19  # materials of a NIM beside the one that is drawn
+ROOT = Path(__file__).resolve().parents[1]
+# What is to be kept below, seconds.
+REGISTRATION, REDRAW = 0.030, 0.001
 
 
 class Layout:
@@ -93,20 +104,37 @@ def light_paths():
     return least(draw, runs=3)
 
 
+def first_pixel(script, folder):
+    """The rendered view of the sphere in a lab's Blender, from a change of n to another pixel: the seconds of each change."""
+    with tempfile.TemporaryDirectory() as out:
+        file = Path(out, "seconds.json")
+        told = {"FIRST_PIXEL_ROOT": str(ROOT), "FIRST_PIXEL_OUT": str(file), "LAB_BIND": f"{ROOT}:{out}"}
+        words = [script, "-d", folder, "shot", ROOT / "bench" / "first_pixel.py", Path(out, "end.png")]
+        done = subprocess.run(
+            words, env={**os.environ, **told}, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+        )
+        if not file.exists():
+            raise RuntimeError(f"the view was not timed:\n{done.stdout[-2000:]}")
+        return json.loads(file.read_text())
+
+
 def main():
     """Print the table."""
-    print(f"{'Blender ' + bpy.app.version_string:52}{'CPU ms':>9}")
+    print(f"{'Blender ' + bpy.app.version_string:52}{'CPU ms':>9}{'goal':>7}")
 
-    def line(text, seconds):
-        print(f"{text:52}{1000 * seconds:9.1f}", flush=True)
+    def line(text, seconds, goal=None):
+        print(f"{text:52}{1000 * seconds:9.2f}" + (f"{1000 * goal:7.0f}" if goal else ""), flush=True)
 
     line("nimray --version", version())
     bpy.ops.wm.read_factory_settings()
-    line("switching the add-on on", enabling())
-    line(f"redrawing the material's panel, of {OTHERS + 1} materials", redraw())
+    line("switching the add-on on", enabling(), REGISTRATION)
+    line(f"redrawing the material's panel, of {OTHERS + 1} materials", redraw(), REDRAW)
     for name, scene_type in SCENES.items():
         line(f"building the {name}", least(lambda made=scene_type: made.build(made.parameters()), runs=3))
     line("light paths of 200 rays and 8 bounces", light_paths())
+    if len(sys.argv) > 2:
+        seconds = first_pixel(*sys.argv[1:3])
+        line(f"on the clock: n changed to another pixel, median of {len(seconds)}", statistics.median(seconds))
 
 
 if __name__ == "__main__":

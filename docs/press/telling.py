@@ -43,7 +43,10 @@ def rendered(seconds):
 
 def state_of_data():
     """What undo must bring back, as lines: scenes, objects and where they stand, what they wear, n, keyframes, images."""
-    lines = [f"scene {scene.name}: {sorted(scene.objects.keys())}" for scene in bpy.data.scenes]
+    lines = []
+    for scene in bpy.data.scenes:
+        lines.append(f"scene {scene.name}: {scene.render.engine} {sorted(scene.objects.keys())}")
+        lines.append(f"bounces of {scene.name}: {scene.cycles.max_bounces} {scene.cycles.transparent_max_bounces}")
     for obj in bpy.data.objects:
         place = [round(value, 4) + 0.0 for row in obj.matrix_basis for value in row]
         worn = [slot.material.name if slot.material else None for slot in obj.material_slots]

@@ -41,6 +41,9 @@ PICTURES = {
     "replace": ("asked", VIEW),
     "headless": ("headless", (1020, 75, 1312, 642)),
     "rays": ("rays", VIEW),
+    "rays-live": ("reading", VIEW),
+    "probe": ("probe", (1020, 75, 1312, 1000)),
+    "render-panel": ("render_done", (1020, 75, 1312, 1000)),
 }
 WIDEST = 960
 # What is drawn over a view: the step, the one before it is drawn, and where in the screen it must be seen.
@@ -49,7 +52,7 @@ OVERLAYS = {
     "rays_live_changed": ("rays_live", IN_VIEW),
     "handle_turned": ("handle", IN_VIEW),
     "reading": ("handle_turned", IN_VIEW),
-    "curves": ("reading", IN_VIEW),
+    "curves": ("rays_off", IN_VIEW),
     "probe": ("node_sidebar", (1020, 75, 1312, 1000)),
     "eevee": ("rays_off_again", IN_VIEW),
     "pie": ("text_made", IN_VIEW),

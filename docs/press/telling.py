@@ -21,12 +21,13 @@ grab = lab.window.__globals__["grab"]
 STEPS = []
 
 
-def step(wait=1.5, shot=True, undo=False):
+def step(wait=1.5, shot=True, undo=0):
     """A step of the story.
 
     wait: seconds until it is over, or a function that says whether it is
     shot: whether a picture is taken then
-    undo: whether it changes data: it is undone, which must bring back what was before, and redone
+    undo: of a step that changes data, how many steps Blender makes of it: they are undone, which must bring back what was
+          before, and redone
     """
 
     def add(function):
@@ -137,11 +138,13 @@ class Teller:
             after = state_of_data()
             if before == after:
                 raise AssertionError(f"{name} changes nothing")
-            bpy.ops.ed.undo()
-            yield over(0.5)
+            for _ in range(undo):
+                bpy.ops.ed.undo()
+                yield over(0.5)
             compare(before, state_of_data(), f"undo after {name}")
-            bpy.ops.ed.redo()
-            yield over(0.7)
+            for _ in range(undo):
+                bpy.ops.ed.redo()
+                yield over(1.5)
             compare(after, state_of_data(), f"redo after {name}")
         self.cut |= {(name, *line) for line in labels.cut_off(lab.window())}
         if shot:

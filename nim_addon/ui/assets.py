@@ -38,7 +38,8 @@ class NIM_OT_register_assets(bpy.types.Operator):
                 {"ERROR"}, rpt_("The asset library is missing from this installation: install the add-on again")
             )
             return {"CANCELLED"}
-        context.preferences.filepaths.asset_libraries.new(name=NAME, directory=str(FOLDER))
+        entry = context.preferences.filepaths.asset_libraries.new(name=NAME, directory=str(FOLDER))
+        entry.import_method = "APPEND_REUSE"  # 5.0 links and packs where it is not told so: n could not be changed
         context.preferences.is_dirty = True
         self.report({"INFO"}, rpt_("{name} is in the Asset Browser's list of libraries").format(name=NAME))
         return {"FINISHED"}

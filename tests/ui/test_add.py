@@ -33,7 +33,7 @@ def test_bodies(addon, press, shape, size, extent):
     assert press("nim.add_object", shape=shape, size=size, medium="nim-mu10") == {"FINISHED"}
     object_ = bpy.context.object
     assert object_.select_get() and bpy.context.selected_objects == [object_]
-    assert tuple(object_.location) == (1, 2, 3) and object_.name == shape.title()
+    assert tuple(object_.location) == (1, 2, 3) and object_.name.partition(".")[0] == shape.title()
     assert interface_of(interface_nodes(object_.active_material)[0]).inside.mu == -10
     mesh = object_.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
     (part,) = Solid(mesh).parts

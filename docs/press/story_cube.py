@@ -112,6 +112,7 @@ def animated():
     scene.frame_set(10)
     needs(-2.0 < socket().default_value < -1.3, f"n is {socket().default_value} between two keyframes")
     scene.frame_set(1)
+    pushed("Frame")
 
 
 # ------------------------------------------------------------------------------------------------ checks, caustics
@@ -216,6 +217,8 @@ def back_in_the_view():
 
 @step(wait=2)
 def rays_off():
+    event("MOUSEMOVE", "NOTHING", at=(60, 60))  # no ray is there to be read
+    lab.window().scene.nim_rays.rays = 11
     press("view3d.view_axis", type="FRONT")
     press("view3d.view_selected")
     lab.area("VIEW_3D").spaces.active.region_3d.view_distance *= 2.2
@@ -274,6 +277,7 @@ def curves_cleared():
 def rays_off_again():
     press("nim.light_paths_live")
     lab.window().scene.frame_set(1)
+    pushed("Frame")
 
 
 # ------------------------------------------------------------------------------------------------ EEVEE, the render

@@ -39,7 +39,8 @@ class NIM_OT_register_assets(bpy.types.Operator):
             )
             return {"CANCELLED"}
         entry = context.preferences.filepaths.asset_libraries.new(name=NAME, directory=str(FOLDER))
-        entry.import_method = "APPEND_REUSE"  # 5.0 links and packs where it is not told so: n could not be changed
+        if entry.import_method != "APPEND_REUSE":  # 5.2 packs, and what it has packed cannot be changed
+            entry.import_method = "APPEND"
         context.preferences.is_dirty = True
         self.report({"INFO"}, rpt_("{name} is in the Asset Browser's list of libraries").format(name=NAME))
         return {"FINISHED"}

@@ -35,6 +35,7 @@ def test_one_click_adds_the_library_and_one_takes_it_out(addon, press):
     before = libraries()
     assert press("nim.register_assets") == {"FINISHED"}
     assert libraries() == [*before, assets.NAME]
+    assert assets.library().import_method.startswith("APPEND")  # what is dragged in can be changed
     assert not bpy.ops.nim.register_assets.poll()
     assert press("nim.unregister_assets") == {"FINISHED"}
     assert libraries() == before

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,7 +13,7 @@ from ..base.options import BACKENDS, CAUSTICS, FPS, LAST_FRAME, MOST_PASSES, MOS
 from ..base.text import fit
 from . import blender, words
 from .act import carry_out, refused, with_options
-from .render_blend import render_blend, request_of
+from .render_blend import Said, render_blend, request_of
 from .report import Output
 from .words import UsageError
 
@@ -118,15 +119,17 @@ def run(arguments: argparse.Namespace) -> None:
     _check_stack(arguments)
     if not arguments.again and not arguments.scene:
         raise UsageError(f"name a scene to render: {words.A_SCENE}, or a .blend.")
-    of_blend = bool(arguments.scene and arguments.scene.lower().endswith(".blend"))
+    of_blend = bool(re.search(r"\.blend\d*$", arguments.scene or "", re.IGNORECASE))  # Blender numbers its backups
     _check_blend(arguments, of_blend)
     blender.load()
     if of_blend:
         if not arguments.wavelengths:
             return render_blend(arguments)
         with refused():
-            request = request_of(arguments).decided()
-        return _render_stack(request, arguments, arguments.name or words.own_name(request.name), {})
+            asked = request_of(arguments)
+            said = Said(asked, strict=arguments.strict, quiet=arguments.quiet)
+            request = asked.decided()
+        return _render_stack(request, arguments, arguments.name or words.own_name(request.name), {}, said)
     from ..renders.request import Request
     from ..scenes.parameters import file_name
 
@@ -180,7 +183,7 @@ def _check_stack(arguments):
         raise UsageError("--wavelengths makes one spectral image; leave --frames out.")
 
 
-def _render_stack(request, arguments, name, record):
+def _render_stack(request, arguments, name, record, before=None):
     from ..renders.stack import Stack
 
     if arguments.blend:
@@ -195,7 +198,7 @@ def _render_stack(request, arguments, name, record):
         name = words.own_name(f"{name}_wavelengths-{len(stack.wavelengths)}")
     with Output(1, quiet=arguments.quiet, progress=arguments.progress) as output:
         with refused():
-            made = stack.render(arguments.out, name, showing=output.showing, tracing=output.tracing)
+            made = stack.render(arguments.out, name, showing=output.showing, tracing=output.tracing, before=before)
         files = [made.exr, made.png, *([made.csv] if made.csv else [])]
         output.end(files, made.record["size"], made.record["samples"])
 

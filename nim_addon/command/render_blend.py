@@ -28,7 +28,7 @@ def render_blend(arguments: argparse.Namespace) -> None:
             f"{name}_{frame:04}": dataclasses.replace(request, frame=frame)
             for frame in range(first, last + 1, arguments.step or 1)
         }
-    said = _Said(request, strict=arguments.strict, quiet=arguments.quiet)
+    said = Said(request, strict=arguments.strict, quiet=arguments.quiet)
     with Output(len(moments), quiet=arguments.quiet, progress=arguments.progress) as output:
         for name, moment in moments.items():
             output.frame = moment.frame
@@ -56,7 +56,7 @@ def _input(text):
     return key, words.number(f"--set {key}")(value)
 
 
-class _Said:
+class Said:
     """What is said of a scene before it is rendered, each thing once however many frames have it."""
 
     def __init__(self, request: Request, *, strict: bool, quiet: bool) -> None:

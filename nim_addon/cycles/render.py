@@ -85,6 +85,17 @@ def check_scene(scene: bpy.types.Scene) -> None:
     """Raise RuntimeError, one sentence, for a scene that gives no picture, or two."""
     if scene.camera is None:
         raise RuntimeError(f"the scene {scene.name!r} has no camera; add one, and make it the scene's.")
+    if (
+        scene.camera.type != "CAMERA"
+    ):  # Blender 5.2 falls over what is linked from a file that is missing, an empty then
+        raise RuntimeError(
+            f"the scene {scene.name!r} looks through {scene.camera.name!r}, which is no camera, or is linked from a file "
+            "that is missing; make a camera the scene's."
+        )
+    if not any(layer.use for layer in scene.view_layers):
+        raise RuntimeError(
+            f"the scene {scene.name!r} has no view layer that is used for rendering; switch one on in its properties."
+        )
     if scene.render.use_multiview:
         raise RuntimeError(
             f"the scene {scene.name!r} renders two pictures, one for each eye; switch off Stereoscopy in its Output."
@@ -122,7 +133,8 @@ def _render(scene, linear, shown, progress):
 def _rendered(scene, progress):
     """What Blender has rendered, and what sets the format that it is saved in; RuntimeError where it did not render."""
     with quiet() as chatter, _reporting(progress), _saving(scene) as form:
-        # the operator's result stays in memory; all files are made from it
+        # the operator's result stays in memory; all files are made from it, and a film refuses small ones
+        form("PNG", "8")
         try:
             state = bpy.ops.render.render(scene=scene.name)
         except RuntimeError as error:

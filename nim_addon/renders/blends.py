@@ -114,9 +114,11 @@ def newer(path: Path) -> str | None:
 
 def missing_files(scene: bpy.types.Scene) -> list[str]:
     """What a scene needs that is not there: the paths of linked libraries, images and fonts, sorted."""
-    needed = _used_by(scene)
+    needed = used_by(scene)
+    kinds = bpy.types.Image, bpy.types.VectorFont
+    owners = {data.library for data in needed if data.library} | {data for data in needed if isinstance(data, kinds)}
     lacking = set()
-    for owner in needed:
+    for owner in owners:
         paths = [owner.filepath] if owner.filepath else []
         if isinstance(owner, bpy.types.Image):
             if owner.source not in ("FILE", "SEQUENCE", "MOVIE", "TILED") or owner.packed_files:
@@ -130,22 +132,22 @@ def missing_files(scene: bpy.types.Scene) -> list[str]:
     return sorted(lacking)
 
 
-def _used_by(scene):
-    """The images, fonts and libraries that a scene needs, whatever they are needed by."""
+def used_by(scene: bpy.types.Scene) -> set[bpy.types.ID]:
+    """All that a scene needs, by way of whatever: objects, what a collection puts in, materials, images."""
     users = bpy.data.user_map()
     uses: dict[Any, list] = {}
     for used, those in users.items():
         for user in those:
             uses.setdefault(user, []).append(used)
-    seen, queue = {scene}, [scene]
+    seen: set[bpy.types.ID] = {scene}
+    queue: list[bpy.types.ID] = [scene]
     while queue:
         data = queue.pop()
         for used in uses.get(data, ()):
             if used not in seen and not isinstance(used, bpy.types.Scene):
                 seen.add(used)
                 queue.append(used)
-    libraries = {data.library for data in seen if data.library}
-    return libraries | {data for data in seen if isinstance(data, (bpy.types.Image, bpy.types.VectorFont))}
+    return seen
 
 
 def sha256_of(path: Path) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
@@ -107,15 +107,24 @@ class Stack:
         return cls(request, record["wavelengths"], record.get("region"))
 
     def render(
-        self, folder: str | Path, name: str, *, showing: Showing | None = None, tracing: Tracing | None = None
+        self,
+        folder: str | Path,
+        name: str,
+        *,
+        showing: Showing | None = None,
+        tracing: Tracing | None = None,
+        before: Callable[[Session], object] | None = None,
     ) -> Stacked:
         """Render it to NAME.exr, a spectral image, NAME.png, as displayed, and NAME.csv where there is a region.
 
         folder, name, showing, tracing: as for session.Session.render(); caustics are traced at each wavelength anew
+        before: called with the session before anything is rendered
         Raises as that does.
         """
         check_name(name)
         with Session(self.request) as session:
+            if before:
+                before(session)
             request, scene = session.request, session.scene
             stack = dataclasses.replace(self, request=request)
             with bpy.context.temp_override(scene=scene):

@@ -144,3 +144,60 @@ def test_what_no_scene_of_a_blend_can_give_is_refused(scene, saved, tmp_path, ca
     assert command.main(["render", "sphere", "--strict"]) == 2
     assert "--strict is of a .blend" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_a_material_is_set_by_its_own_name_wherever_it_is_worn_and_instead_of_its_keyframes(scene, saved, tmp_path):
+    first = bpy.data.materials["NIM"]
+    second = first.copy()
+    assert second.name == "NIM.001"
+    ball = bpy.data.objects["Icosphere"]
+    (node,) = (node for node in second.node_tree.nodes if node.type == "GROUP")
+    node.inputs["Index Inside"].default_value = -3
+    node.inputs["Index Inside"].keyframe_insert("default_value", frame=1)
+    ball.data.materials[0] = second
+    # worn only by what a collection puts in
+    within = bpy.data.collections.new("Within")
+    within.objects.link(ball)
+    scene.collection.objects.unlink(ball)
+    holder = bpy.data.objects.new("Holder", None)
+    holder.instance_type, holder.instance_collection = "COLLECTION", within
+    scene.collection.objects.link(holder)
+    bpy.ops.mesh.primitive_cube_add(size=0.1, location=(0, 0, -9))
+    bpy.context.object.data.materials.append(first)
+    words = ["render", saved(), "--out", str(tmp_path), "--frames", "1", "--samples", "8"]
+    for number in ("-3", "-1"):
+        assert command.main([*words, "--name", f"n{number}", "--set", f"NIM.001:Index Inside={number}"]) == 0
+    assert command.main([*words, "--name", "other", "--set", "NIM:Index Inside=-1"]) == 0
+    own, other, set_ = (pixels(tmp_path / f"{name}_0001.exr") for name in ("n-3", "other", "n-1"))
+    assert np.array_equal(own, other)
+    assert np.abs(own - set_).max() > 0.1
+
+
+def test_a_camera_that_is_none_is_named(scene, saved, tmp_path, capsys):
+    scene.camera = bpy.data.objects.new("Lost", None)
+    scene.collection.objects.link(scene.camera)
+    assert command.main(["render", saved(), "--out", str(tmp_path / "out")]) == 1
+    assert "looks through 'Lost', which is no camera" in capsys.readouterr().err
+
+
+def test_layers_that_are_all_off_are_named(scene, saved, tmp_path, capsys):
+    for layer in scene.view_layers:
+        layer.use = False
+    assert command.main(["render", saved(), "--out", str(tmp_path / "out")]) == 1
+    assert "has no view layer that is used" in capsys.readouterr().err
+
+
+def test_a_backup_is_a_blend_too(saved, tmp_path):
+    backup = f"{saved()}1"
+    (tmp_path / "mine.blend").rename(backup)
+    assert command.main(["render", backup, "--out", str(tmp_path)]) == 0
+    assert (tmp_path / "mine.exr").is_file()
+
+
+def test_checks_come_before_one_render_a_wavelength_too(scene, saved, tmp_path, capsys):
+    scene.cycles.caustics_refractive = False
+    words = ["render", saved(), "--wavelengths", "500:600:100", "--out", str(tmp_path / "out")]
+    assert command.main([*words, "--strict"]) == 1
+    assert "leave --strict out" in capsys.readouterr().err and not (tmp_path / "out").exists()
+    assert command.main(words) == 0
+    assert "caustics" in capsys.readouterr().err.lower()

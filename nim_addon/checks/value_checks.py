@@ -87,24 +87,29 @@ def _is_lossy(node, path, name):
 
 def over_time(setting: Setting, scene: bpy.types.Scene) -> list[tuple[float | None, float]]:
     """(frame, value) of a Setting on the frames of a scene and at its keyframes; [(None, value)] if it stands still."""
-    curve, first, last = _curve(setting, scene)
+    curve, strip = _curve(setting)
     if curve is None:
         return [(None, setting.value)]
+    first, last = scene.frame_start, scene.frame_end
+    if strip:  # in its own time, which the strip moves
+        first, last = math.floor(strip.action_frame_start), math.ceil(strip.action_frame_end)
     step = max(1, (last - first) // FRAMES)
     frames = {*range(first, last + 1, step), *(key.co.x for key in curve.keyframe_points if first <= key.co.x <= last)}
-    return [(frame, curve.evaluate(frame)) for frame in sorted(frames)]
+    return [(_in_scene(frame, strip), curve.evaluate(frame)) for frame in sorted(frames)]
 
 
-def _curve(setting, scene):
-    """The bpy.types.FCurve that animates a Setting, or None, and the frames that it is seen on."""
+def _in_scene(frame, strip):
+    """The frame of the scene at which a strip, or None, first comes to a frame of its action."""
+    return frame if strip is None else strip.frame_start + (frame - strip.action_frame_start) * strip.scale
+
+
+def _curve(setting):
+    """The bpy.types.FCurve that animates a Setting, with its NLA strip or None; (None, None) where none does."""
     path, index = setting.socket.path_from_id("default_value"), setting.place or 0
     for curve, strip in curves_of(setting.socket.id_data):
         if curve.data_path == path and curve.array_index == index:
-            start, end = scene.frame_start, scene.frame_end
-            if strip:  # in its own time, which the strip moves
-                start, end = math.floor(strip.action_frame_start), math.ceil(strip.action_frame_end)
-            return curve, start, end
-    return None, 0, 0
+            return curve, strip
+    return None, None
 
 
 def _wrong_number(sight, setting):

@@ -10,15 +10,22 @@ import bpy
 
 def curves_of(owner: bpy.types.ID) -> Iterator[tuple[bpy.types.FCurve, bpy.types.NlaStrip | None]]:
     """The curves of the action of a data-block and of its NLA strips, each with the strip, in whose time it is."""
+    for player, strip in _players(owner):
+        for curve in _curves(player.action, getattr(player, "action_slot", None)):
+            yield curve, strip
+
+
+def actions_of(owner: bpy.types.ID) -> list[bpy.types.Action]:
+    """The actions that a data-block, or an NLA strip of it, plays."""
+    return [player.action for player, _ in _players(owner) if player.action]
+
+
+def _players(owner) -> list[tuple]:
+    """What plays an action, and the strip that it is, or None."""
     animation = owner.animation_data
     if animation is None:
-        return
-    played = [(animation.action, getattr(animation, "action_slot", None), None)]
-    for track in animation.nla_tracks:
-        played += [(strip.action, getattr(strip, "action_slot", None), strip) for strip in track.strips]
-    for action, slot, strip in played:
-        for curve in _curves(action, slot):
-            yield curve, strip
+        return []
+    return [(animation, None), *((strip, strip) for track in animation.nla_tracks for strip in track.strips)]
 
 
 def _curves(action, slot):

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 
 import bpy
 
+from .animation import actions_of
 from .closures import preview
 from .closures.closure import EEVEE
 from .nodes import Nodes, empty_tree
@@ -58,8 +59,7 @@ def remove_material(material: bpy.types.Material) -> None:
     """Take a material out of the file, with its animation and those of our groups, tables and shaders that only it used."""
     held = _held(material.node_tree) if material.node_tree else {}
     for owner in (material, material.node_tree):
-        if owner and owner.animation_data and owner.animation_data.action:
-            held[owner.animation_data.action] = bpy.data.actions
+        held.update(dict.fromkeys(actions_of(owner) if owner else (), bpy.data.actions))
     bpy.data.materials.remove(material)
     for data, kind in held.items():  # those that hold others come first
         if not data.users and not data.library:

@@ -24,7 +24,8 @@ def close(object_: bpy.types.Object) -> str:
     elif data.extrude and not (data.bevel_depth or data.bevel_object):
         return ""  # a ribbon
     else:
-        wanted = {"fill_mode": "FULL", "use_fill_caps": True} | ({"bevel_depth": size * THICKNESS} if is_line else {})
+        whole = {} if data.dimensions == "2D" else {"fill_mode": "FULL"}  # which one in a plane has anyway, unfilled
+        wanted = whole | {"use_fill_caps": True} | ({"bevel_depth": size * THICKNESS} if is_line else {})
     changed = {}
     for name, value in wanted.items():
         former = getattr(data, name)

@@ -139,6 +139,23 @@ def test_a_number_that_is_wrong_on_the_way(scene, one_sentence, fed, strip, keys
     one_sentence(problem.sentence, "NIM", "Index Inside", *words)
 
 
+def test_the_frame_that_is_named_is_the_scenes_where_a_strip_moves_and_stretches_the_animation(scene, one_sentence):
+    socket = put("Index Inside", -1.5)
+    for frame, value in ((1, -1.5), (6, 0.0), (11, -1.5)):
+        socket.default_value = value
+        socket.keyframe_insert("default_value", frame=frame)
+    animation = nim().node_tree.animation_data
+    action, slot = animation.action, getattr(animation, "action_slot", None)
+    played = animation.nla_tracks.new().strips.new("Strip", 100, action)
+    if slot:
+        played.action_slot = slot
+    animation.action, played.scale = None, 2
+    scene.frame_set(110)
+    assert socket.default_value == 0
+    (problem,) = checks.problems(scene)
+    one_sentence(problem.sentence, "NIM", "Index Inside", "is 0 on frame 110")
+
+
 def test_an_animation_that_is_right(scene):
     socket = put("Index Inside", -1.5)
     for frame, value in ((1, -1.5), (40, -0.5)):

@@ -251,7 +251,15 @@ def add_tube():
     bpy.context.object.data.bevel_depth = 0.1
 
 
+def add_flat_line(fill):
+    bpy.ops.curve.primitive_bezier_circle_add(location=(0, 0, 5))
+    curve = bpy.context.object.data
+    curve.dimensions, curve.fill_mode = "2D", fill
+
+
 OTHERS = {
+    "filled": lambda: add_flat_line("BOTH"),
+    "unfilled": lambda: add_flat_line("NONE"),
     "text": lambda: bpy.ops.object.text_add(location=(0, 0, 5)),
     "line": lambda: bpy.ops.curve.primitive_bezier_curve_add(location=(0, 0, 5)),
     "tube": add_tube,
@@ -279,7 +287,7 @@ def test_what_is_no_mesh_becomes_one_that_is_closed_and_is_as_before_again(addon
     before, counts = shape(), census()
     assert press("nim.convert") == {"FINISHED"}
     assert is_nim(thing) and not open_ones()
-    assert (shape()[:4] != before[:4]) == (kind in ("text", "line", "tube"))
+    assert (shape()[:4] != before[:4]) == (kind in ("text", "line", "tube", "filled", "unfilled"))
     assert press("nim.revert") == {"FINISHED"}
     assert shape() == before and census() == counts
 
@@ -421,3 +429,15 @@ def test_take_back_leaves_what_others_use(cube, press):
     press("nim.convert")
     press("nim.revert")
     assert census() == before and interface_nodes(other)
+
+
+def test_take_back_takes_the_actions_of_strips_along(cube, press):
+    before = census()
+    press("nim.convert")
+    tree = cube.active_material.node_tree
+    interface_nodes(cube.active_material)[0].inputs["Roughness"].keyframe_insert("default_value", frame=1)
+    animation = tree.animation_data
+    animation.nla_tracks.new().strips.new("Strip", 1, animation.action)
+    animation.action = None
+    press("nim.revert")
+    assert census() == before

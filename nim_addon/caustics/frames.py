@@ -50,9 +50,13 @@ class Frames(NamedTuple):
 
 
 def frames_of(scene: bpy.types.Scene) -> Frames | None:
-    """The Frames that a scene remembers, None where it has none."""
+    """The Frames that a scene remembers, None where it has none, or what it has is of another version or of a script."""
     kept = scene.get(KEPT)
-    return Frames(**kept.to_dict()) if kept else None
+    try:
+        values = kept.to_dict()
+        return Frames(str(values.pop("folder")), **{name: int(value) for name, value in values.items()})
+    except (AttributeError, KeyError, TypeError, ValueError):
+        return None
 
 
 def kept(scene: bpy.types.Scene, numbers: Iterable[int]) -> tuple[int, int] | None:

@@ -102,6 +102,7 @@ def _selection(scene) -> Iterator[None]:
     finally:
         for name, active, selected in layers:
             layer = scene.view_layers[name]
+            layer.update()  # from Blender 5.0 on it has None in the place of an object that is removed until then
             for obj in layer.objects:
                 if obj.name in selected:
                     obj.select_set(True, view_layer=layer)

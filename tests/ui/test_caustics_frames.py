@@ -180,3 +180,11 @@ def test_a_render_beside_a_window_waits_for_the_main_thread(scene, monkeypatch):
     timers[0]()
     thread.join(5)
     assert not thread.is_alive() and acted == [threading.main_thread()] * 2
+
+
+@pytest.mark.parametrize("kept", [5, {"folder": "//x"}, {"folder": "//x", "photons": 1, "texels": 64, "later": 1}])
+def test_what_is_no_memory_of_frames_is_passed_over(scene, kept):
+    scene[frames.KEPT] = kept
+    assert frames.frames_of(scene) is None and frames.kept(scene, [1]) is None and frames.wanted(scene) is None
+    scene[frames.KEPT] = {"folder": "//x", "photons": 1, "texels": 64}
+    assert frames.frames_of(scene) == frames.Frames("//x", 1, 64)

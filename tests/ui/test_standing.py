@@ -283,3 +283,11 @@ def test_live_is_off_in_a_file_that_is_opened_and_follows_nothing_while_off(sett
     settings.sphere.n = -1.0
     assert not bpy.app.timers.is_registered(live.tick) and live.tick() is None
     assert standing.changed(bpy.context.scene) == ["Index"]
+
+
+def test_live_follows_one_change_after_the_other(settings, on):
+    assert bpy.ops.nim.build_scene() == {"FINISHED"}
+    for angle in (20, 30, 40):
+        settings.glass.sun_angle = angle
+        live.tick()
+        assert standing.changed(bpy.context.scene) == [] and all(bpy.context.view_layer.objects)

@@ -15,6 +15,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import types
 import warnings
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -164,17 +165,15 @@ def _installed():
 def _script_not_imported():
     """Within, processes that this one spawns do not import the script that it runs, of which workers need nothing.
 
-    It may import Blender, which they do not find, as Blender's own scripts come first in the sys.path that they take over;
+    It may import Blender, which they do not find, as Blender's own scripts come first in the search path that they take over;
     and one that has no `if __name__ == "__main__":` would be carried out once more.
     """
-    script = sys.modules["__main__"].__dict__
-    former = {name: script[name] for name in ("__spec__", "__file__") if name in script}
-    script["__spec__"] = None
-    script.pop("__file__", None)
+    script = sys.modules["__main__"]
+    sys.modules["__main__"] = types.ModuleType("__main__")
     try:
         yield
     finally:
-        script.update(former)
+        sys.modules["__main__"] = script
 
 
 def _own_certificates(address):

@@ -74,8 +74,8 @@ def key(kind, at=(500, 500)):
 def typed(text, at):
     """Type a text, with the mouse at a place."""
     for letter in text:
-        for value in ("PRESS", "RELEASE"):
-            event(KEYS.get(letter, letter.upper()), value, at=at, unicode=letter)
+        event(KEYS.get(letter, letter.upper()), at=at, unicode=letter)
+        event(KEYS.get(letter, letter.upper()), "RELEASE", at=at)
 
 
 def all_done():

@@ -251,7 +251,8 @@ def handle_turned():
 def over_ray():
     """A place on a line of the live light paths."""
     ends = ours("ui.live_look").known(lab.window().scene).lines.ends.reshape(-1, 2, 3)
-    return where(tuple(0.5 * (ends[0][0] + ends[0][1])))
+    places = (where(tuple(0.5 * (first + last))) for first, last in ends)
+    return next((x, y) for x, y in places if 300 < x < 900 and 300 < y < 800)
 
 
 @step(wait=2)

@@ -32,10 +32,10 @@ PICTURES = {
     "first-cube": ("cube", VIEW),
     "first-cube-rendered": ("cube_rendered", VIEW),
     "panel": ("node_sidebar", (180, 40, 1312, 860)),
-    "checks": ("checks", (1020, 362, 1300, 972)),
+    "checks": ("cube", (1020, 480, 1312, 1000)),
     "add-mesh": ("add_mesh", (200, 380, 900, 870)),
     "add-node": ("node_menu", (180, 470, 1000, 1096)),
-    "assets": ("assets", (0, 30, 1312, 400)),
+    "assets": ("material_dragged", (0, 735, 1312, 1050)),
     "scene-glass": ("glass", VIEW),
     "scene-pool": ("pool_window", VIEW),
     "replace": ("asked", VIEW),
@@ -136,7 +136,7 @@ def cut(out):
         part = oiio.ImageBufAlgo.cut(picture(out, step), oiio.ROI(left, right, top, bottom))
         if right - left > WIDEST:
             part = oiio.ImageBufAlgo.resize(part, roi=oiio.ROI(0, WIDEST, 0, (bottom - top) * WIDEST // (right - left)))
-        part.specmod().attribute("Compression", "jpeg:85")
+        part.specmod().attribute("Compression", "jpeg:80")
         part.write(str(ROOT / "docs" / "images" / f"{name}.jpg"), "uint8")
 
 

@@ -38,8 +38,6 @@ ZIP = os.environ["PRESS_ZIP"]
 def install():
     bpy.ops.extensions.package_install_files(filepath=ZIP, repo="user_default", enable_on_install=True)
     needs(MODULE in bpy.context.preferences.addons, "the add-on is not enabled")
-    preferences = bpy.context.preferences.addons[MODULE].preferences
-    preferences.folder = OUT + "/renders"
     show("PREFERENCES")
     bpy.context.preferences.active_section = "ADDONS"
     bpy.context.window_manager.addon_search = "Negative"
@@ -60,6 +58,7 @@ def check():
 
 @step(wait=2, shot=False)
 def empty():
+    bpy.context.preferences.addons[MODULE].preferences.folder = OUT + "/renders"  # which no picture shows
     show("VIEW_3D")
     bpy.ops.wm.read_homefile(app_template="", use_empty=True)
 

@@ -36,7 +36,7 @@ class NIM_PG_render(bpy.types.PropertyGroup):
 def place_of(scene: bpy.types.Scene) -> tuple[Path, str]:
     """Where the pictures of a scene go, and what they are called: by its output path, else by the preferences and the file."""
     path = scene.render.filepath
-    usual = fit(Path(bpy.data.filepath).stem) or "untitled"
+    usual = fit(Path(bpy.data.filepath).stem).lstrip("- ").rstrip(". ") or "untitled"
     if path.rstrip("/") in UNSET:
         return jobs.output_folder(), usual
     if "{" in path:  # of 5.0: variables that Blender itself fills in
@@ -89,7 +89,8 @@ def work_of(scene: bpy.types.Scene, animation: bool) -> tuple[jobs.Work, Path]:
     copies = folder if keep else Path(tempfile.mkdtemp(prefix="nim_render_", dir=bpy.app.tempdir))
     copy = copies / f"{name}.blend"
     save_copy(copy)
-    words = ["render", str(copy), "--scene", scene.name, "--out", str(folder), "--name", name, *frames, "--progress"]
+    chosen = f"--scene={scene.name}"  # in one word, as a name may begin like an option
+    words = ["render", str(copy), chosen, "--out", str(folder), "--name", name, *frames, "--progress"]
     return jobs.Work(name, words=tuple(words), own=True, passing=None if keep else copies), folder
 
 

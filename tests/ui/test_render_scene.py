@@ -69,6 +69,17 @@ def test_the_scene_is_rendered_with_what_is_not_saved(scene, press, tmp_path):
     assert render_scene.free_name(folder, "shot") == "shot_3"
 
 
+def test_a_scene_and_a_file_may_be_called_as_options_are(scene, press, tmp_path):
+    scene.name, scene.render.filepath = "-Night", "/tmp/"
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "-x.blend"))
+    preferences.settings().folder = str(tmp_path / "all")
+    assert press("nim.render_scene") == {"FINISHED"}
+    preferences.settings().folder = ""
+    job = followed()
+    assert (job.problem, job.files) == ("", [tmp_path / "all" / f"x.{suffix}" for suffix in ("exr", "png")])
+    assert read_metadata(job.files[0])["blend"]["scene"] == "-Night"
+
+
 def test_pictures_go_where_the_scene_says(scene, tmp_path):
     for path, folder, name in (
         ("//out/beauty_####.png", "out", "beauty"),

@@ -41,7 +41,8 @@ def place_of(scene: bpy.types.Scene) -> tuple[Path, str]:
         return jobs.output_folder(), usual
     if "{" in path:  # of 5.0: variables that Blender itself fills in
         path = re.sub(r"0001(?=\.\w+$)", "", scene.render.frame_path(frame=1))
-    whole = Path(bpy.path.abspath(path))
+    # beside a file that is not saved is nowhere
+    whole = Path(bpy.path.abspath(path, start=bpy.path.abspath("//") or str(jobs.output_folder())))
     if path.endswith(("/", "\\")):
         return whole, usual
     name = whole.stem if whole.suffix.lower() in bpy.path.extensions_image else whole.name

@@ -94,6 +94,15 @@ def test_pictures_go_where_the_scene_says(scene, tmp_path):
     preferences.settings().folder = ""
 
 
+def test_pictures_beside_a_file_that_is_not_saved_go_where_all_do(addon, tmp_path):
+    preferences.settings().folder = str(tmp_path)
+    assert not bpy.data.filepath
+    for path, folder, name in (("//out/", "out", "untitled"), ("//final", "", "final")):
+        bpy.context.scene.render.filepath = path
+        assert render_scene.place_of(bpy.context.scene) == (tmp_path / folder, name)
+    preferences.settings().folder = ""
+
+
 def test_what_cannot_be_rendered_is_said_by_the_button(scene, press):
     scene.frame_start = 0
     with pytest.raises(RuntimeError, match="0 to 250 cannot be rendered here"):

@@ -35,8 +35,8 @@ def draw_help(layout: bpy.types.UILayout, page: str, text: str = "") -> None:
 def draw_sentence(layout: bpy.types.UILayout, context: bpy.types.Context, text: str, icon: str = "NONE") -> None:
     """Draw a sentence, translated already, over as many lines as the region is too narrow for."""
     width = context.region.width / context.preferences.system.ui_scale if context.region else 300
-    # a letter is about 6.2 units wide; margins, tabs and the icon take the rest
-    letters = int((width - (75 if icon != "NONE" else 50)) / 6.2)
+    # a letter is at most about 6.4 units wide in a line; margins, tabs and the icon take the rest
+    letters = int((width - (75 if icon != "NONE" else 50)) / 6.4)
     column = layout.column(align=True)
     column.scale_y = 0.8
     for line in _lines(text, max(24, letters)):

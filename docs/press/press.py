@@ -26,20 +26,19 @@ VIEW = (0, 0, 1312, 1000)
 IN_VIEW = (100, 120, 1000, 760)
 # picture on a page: the step, and what is shown of its screen (left, top, right, bottom)
 PICTURES = {
-    "preferences": ("check", (175, 280, 1312, 600)),
+    "preferences": ("check", (175, 280, 1312, 588)),
     "first-sphere": ("sphere_rendered", VIEW),
     "first-index": ("sphere_changed", VIEW),
     "first-cube": ("cube", VIEW),
     "first-cube-rendered": ("cube_rendered", VIEW),
     "panel": ("node_sidebar", (180, 40, 1312, 860)),
     "checks": ("cube", (1020, 480, 1312, 1000)),
-    "add-mesh": ("add_mesh", (200, 380, 900, 870)),
+    "add-mesh": ("add_mesh", (400, 460, 1100, 800)),
     "add-node": ("node_menu", (180, 470, 1000, 1096)),
     "assets": ("material_dragged", (0, 735, 1312, 1050)),
     "scene-glass": ("glass", VIEW),
     "scene-pool": ("pool_window", VIEW),
     "replace": ("asked", VIEW),
-    "headless": ("headless", (1020, 75, 1312, 642)),
     "rays": ("rays", VIEW),
     "rays-live": ("reading", VIEW),
     "probe": ("probe", (1020, 75, 1312, 1000)),

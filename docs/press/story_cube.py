@@ -76,7 +76,7 @@ def mouse():
 
 @step(wait=2)
 def add_mesh():
-    press("wm.call_menu", name="VIEW3D_MT_mesh_add")
+    press("wm.call_menu", name="NIM_MT_add_mesh")
 
 
 @step(wait=1, shot=False)

@@ -70,8 +70,10 @@ def _draw_numbers(column, context, material, side):
     """
     node = active_node(material)
     sockets = sockets_of(node, side)
-    if not any(socket.is_linked or _animated(material, socket) for socket in sockets):
-        column.prop(material.nim, f"medium_{side}", text="")
+    # greyed rather than gone, so that what is pointed at stays where it is
+    menu = column.row()
+    menu.enabled = not any(socket.is_linked or _animated(material, socket) for socket in sockets)
+    menu.prop(material.nim, f"medium_{side}", text="")
     # side by side there is no room for the words
     numbers = column if any(socket.is_linked for socket in sockets) else column.row(align=True)
     for socket, name in zip(sockets, SYMBOLS, strict=True):

@@ -98,14 +98,14 @@ def _said(problem):
 
 
 def draw_problems(layout: bpy.types.UILayout, context: bpy.types.Context, problems: list[checks.Problem]) -> None:
-    """Draw a box for each Problem, with the button that mends it, and one for all of them where there are several."""
+    """Draw a box for each Problem, with the button that mends it; above them one for all of them where there are several."""
+    if sum(problem.remedy is not None for problem in problems) > 1:
+        layout.operator("nim.mend", text="Mend All", icon="TOOL_SETTINGS").code = ""
     for problem in problems:
         box = layout.box().column(align=True)
         draw_sentence(box, context, _said(problem), icon="ERROR")
         if problem.remedy:
             box.operator("nim.mend", text=problem.remedy, icon="TOOL_SETTINGS").code = problem.code
-    if sum(problem.remedy is not None for problem in problems) > 1:
-        layout.operator("nim.mend", text="Mend All", icon="TOOL_SETTINGS").code = ""
     if problems:
         draw_help(layout, "material#checks", "What This Means")
 

@@ -10,6 +10,8 @@ import pytest
 class Layout:
     """A layout that takes down what is drawn on it, as Blender's would take it."""
 
+    enabled = True
+
     def __init__(self, drawn=None, shown=None):
         self.drawn = [] if drawn is None else drawn
         self.shown = [] if shown is None else shown  # the owners of the properties, in order
@@ -28,7 +30,7 @@ class Layout:
 
     def prop(self, data, name, text=None, **_):
         assert name in data.bl_rna.properties, name
-        self.drawn.append(("prop", name))
+        self.drawn.append(("prop" if self.enabled else "greyed", name))
         self.shown.append(data)
 
     def operator(self, name, text=None, icon="NONE", depress=False, translate=True, emboss=True):

@@ -128,7 +128,9 @@ class Tracer:
                     bent.append(box)
                     self.surfaces.append(copy)
         if not bent:
-            raise ValueError("the scene has no interface or mirror; give a mesh the material of a NIM.")
+            raise ValueError(
+                "the scene has no interface or mirror; give a mesh the material of a NIM (Make Negative-Index)."
+            )
         if not self.charts:
             raise ValueError(
                 "the scene has no diffuse surface of its own for light to land on (none that is instanced, linked or "

@@ -79,8 +79,14 @@ def typed(text, at):
 
 
 def all_done():
-    """Whether no headless render is under way."""
+    """Whether no render in the background is under way."""
     return not ours("ui.jobs").job().running
+
+
+def half_done():
+    """Whether one is to be seen under way; or it was too quick."""
+    job = ours("ui.jobs").job()
+    return job.progress()[0] > 0.3 or not job.running
 
 
 def settings():

@@ -10,6 +10,7 @@ from hands import (
     all_done,
     event,
     folded_again,
+    half_done,
     key,
     needs,
     noted,
@@ -290,22 +291,27 @@ def eevee():
     needs(engine == "EEVEE", f"Material Preview is told to be drawn by {engine}")
 
 
-@step(wait=all_done)
+@step(wait=half_done)
 def render_this():
     shading("SOLID")
     scene = lab.window().scene
-    scene.render.resolution_percentage, scene.cycles.samples = 15, 8
+    scene.render.resolution_percentage, scene.cycles.samples = 15, 64
     scene.cycles.use_denoising = False  # for which not every build has what it takes
     press("view3d.view_camera")
     press("nim.render_scene")
-
-
-@step(wait=2)
-def render_done():
-    job = ours("ui.jobs").job()
-    needs(not job.problem and job.files and all(file.exists() for file in job.files), f"the render: {job.problem}")
     unfolded("NIM_PT_render")
     soon(lambda: scroll(14))
+
+
+@step(wait=all_done)
+def render_done():
+    pass
+
+
+@step(wait=1, shot=False)
+def rendered_whole():
+    job = ours("ui.jobs").job()
+    needs(not job.problem and job.files and all(file.exists() for file in job.files), f"the render: {job.problem}")
 
 
 @step(wait=1, shot=False)

@@ -3,7 +3,21 @@
 
 import bpy
 import lab
-from hands import all_done, key, material_tab, needs, noted, ours, press, scroll, select, settings, shading, socket
+from hands import (
+    all_done,
+    half_done,
+    key,
+    material_tab,
+    needs,
+    noted,
+    ours,
+    press,
+    scroll,
+    select,
+    settings,
+    shading,
+    socket,
+)
 from telling import rendered, step
 
 # ------------------------------------------------------------------------------------------------ example scenes
@@ -93,13 +107,8 @@ def pool_window():
     shading("RENDERED")
 
 
-def half_done():
-    job = ours("ui.jobs").job()
-    return job.progress()[0] > 0.3 or not job.running
-
-
 @step(wait=half_done)
-def headless():
+def in_background():
     shading("SOLID")
     settings().scene = "sphere"
     settings().quality = "DRAFT"
@@ -108,7 +117,7 @@ def headless():
 
 
 @step(wait=all_done, shot=False)
-def headless_done():
+def in_background_done():
     scroll(30, down=False)
 
 

@@ -72,6 +72,8 @@ class Said:
         decided, scene = session.request, session.scene
         later = newer(Path(known(decided.blend).file))
         wrong = [f"it was saved by Blender {later}, and this is older; what is new there is lost."] if later else []
+        if session.own.engine != "Cycles":
+            wrong.append(f"{session.own.engine} is its engine; Cycles renders it, which alone bends a ray backwards.")
         wrong += [f"{file} is missing, which the scene needs." for file in missing_files(scene)]
         wrong += [problem.sentence for problem in checks.problems(scene)]
         if wrong and self.strict:

@@ -12,7 +12,7 @@ from typing import Generic, NamedTuple, TypeVar
 
 import bpy
 
-from .. import caustics
+from .. import caustics, checks
 from ..base.files import writable_folder
 from ..caustics import frames
 from ..cycles import render, spectral, spectral_picture
@@ -49,6 +49,13 @@ class Rendered(NamedTuple):
     was_there: bool
 
 
+class Own(NamedTuple):
+    """What a scene of a .blend has that a render here may not keep: its engine, as people call it, and whether it is denoised."""
+
+    engine: str
+    denoised: bool
+
+
 class Session(Generic[Kind]):
     """The act of rendering an Asked, with `with`: its scene is built once, at need, for as many seeds as are rendered.
 
@@ -59,6 +66,7 @@ class Session(Generic[Kind]):
     def __init__(self, request: Kind, *, persistent: bool = False, threads: int = 0) -> None:
         self._asked, self._persistent, self._threads = request, persistent, threads
         self._decided: Kind | None = None
+        self._own: Own | None = None
         self._temporary = TemporaryScene(self._set_up)
 
     def __enter__(self) -> Session:
@@ -99,11 +107,18 @@ class Session(Generic[Kind]):
         """The scene, built at need; raises as `request` does."""
         return self._temporary.scene
 
+    @property
+    def own(self) -> Own | None:
+        """What the scene has in its .blend, None where it is one of ours; raises as `request` does."""
+        return self._own if self.scene else None
+
     def _set_up(self):
         """The scene, made as it is asked for, but for its noise and its caustics."""
         request = self._asked
         if request.blend:
             scene = request.blend.append()
+            self._own = Own(checks.engine_name(scene), scene.cycles.use_denoising)
+            scene.render.engine = "CYCLES"  # which alone bends a ray backwards
             if request.frame is not None:
                 with frames.as_they_are():
                     scene.frame_set(request.frame)
@@ -207,11 +222,6 @@ def can_denoise() -> bool:
 
 def _as_in(scene, request):
     """The request for the scene of a .blend with all that the file decides."""
-    if scene.render.engine != "CYCLES":
-        raise ValueError(
-            f"the scene {request.blend.scene!r} of {request.blend.file} is not rendered by Cycles, which alone bends a ray "
-            "backwards; choose Cycles as its Render Engine."
-        )
     part = scene.render.resolution_percentage / 100
     own = {
         "size": tuple(max(1, round(side * part)) for side in (scene.render.resolution_x, scene.render.resolution_y)),

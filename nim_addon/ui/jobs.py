@@ -265,7 +265,7 @@ class NIM_OT_render_headless(Start, bpy.types.Operator):
     """Render the example scene with these settings in a second Blender without a window, while this one stays free"""
 
     bl_idname = "nim.render_headless"
-    bl_label = "Render Example Headless"
+    bl_label = "Render Example in the Background"
 
     @classmethod
     def description(cls, context, properties):
@@ -283,7 +283,7 @@ class NIM_OT_render_headless(Start, bpy.types.Operator):
 
 
 class NIM_OT_cancel_render(bpy.types.Operator):
-    """End the headless render; no half image is left"""
+    """End the render in the background; no half image is left"""
 
     bl_idname = "nim.cancel_render"
     bl_label = "Cancel"
@@ -292,7 +292,7 @@ class NIM_OT_cancel_render(bpy.types.Operator):
     @classmethod
     def poll(cls, context):
         if not (_job and _job.running):
-            cls.poll_message_set("No headless render is under way")
+            cls.poll_message_set("No render in the background is under way")
             return False
         return True
 
@@ -310,7 +310,7 @@ class _OfResult:
     @classmethod
     def poll(cls, context):
         if not (_job and _job.files):
-            cls.poll_message_set("No headless render has been finished yet")
+            cls.poll_message_set("No render in the background has been finished yet")
             return False
         return True
 
@@ -362,7 +362,7 @@ def _image_editor(context):
 
 
 class NIM_OT_open_folder(_OfResult, bpy.types.Operator):
-    """Open the folder of the headless renders in the file browser of this system"""
+    """Open the folder of the pictures in the file browser of this system"""
 
     bl_idname = "nim.open_folder"
     bl_label = "Open Folder"
@@ -381,7 +381,7 @@ class NIM_OT_open_folder(_OfResult, bpy.types.Operator):
 
 
 class NIM_PT_jobs(Sidebar, bpy.types.Panel):
-    """Headless renders: start, progress, result."""
+    """Renders in the background: start, progress, result."""
 
     bl_idname = "NIM_PT_jobs"
     bl_label = "Render the Example"
@@ -391,7 +391,7 @@ class NIM_PT_jobs(Sidebar, bpy.types.Panel):
     def draw(self, context):
         layout = self.layout
         name = pgettext_iface(scenes.title_of(context.scene.nim_scenes.scene))
-        text = pgettext_iface("Render {} Headless").format(name)
+        text = pgettext_iface("Render {}").format(name)
         layout.operator("nim.render_headless", text=text, icon="RENDER_STILL", translate=False)
         if _job is not None and not _job.work.own:
             draw(layout, context, _job)

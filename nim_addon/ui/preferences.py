@@ -39,7 +39,7 @@ class NIM_AP_preferences(bpy.types.AddonPreferences):
     )
     folder: bpy.props.StringProperty(
         name="Renders",
-        description="Folder for headless renders; empty: renders beside the file, or in the home folder before it is saved",
+        description="Folder for background renders; empty: renders beside the file, or in the home folder before it is saved",
         subtype="DIR_PATH",
         default=DEFAULTS["folder"],
     )

@@ -16,15 +16,16 @@ from ..base.options import LAST_FRAME
 from ..base.streams import quiet
 from ..base.text import fit
 from . import escape, jobs
-from .panels import Sidebar
+from .panels import Sidebar, draw_sentence
 
 UNSET = ("", "/tmp", "/tmp\\")  # the output path of a scene that nobody has given one
 NAMED = 4  # problems that are named before a render
 LETTERS = 70  # of a line that names one
+BY_CYCLES = "Cycles renders it, since {engine} cannot bend a ray backwards. The scene keeps {engine}."
 
 
 class NIM_PG_render(bpy.types.PropertyGroup):
-    """How a scene is rendered headless: Scene.nim_render."""
+    """How a scene is rendered in the background: Scene.nim_render."""
 
     keep: bpy.props.BoolProperty(
         name="Keep the .blend",
@@ -104,7 +105,7 @@ class NIM_OT_render_scene(bpy.types.Operator):
     """Render this scene as it is, with all that is not saved yet, in a second Blender, while this one stays free. Esc ends it"""
 
     bl_idname = "nim.render_scene"
-    bl_label = "Render Scene Headless"
+    bl_label = "Render Scene in the Background"
     bl_options = {"REGISTER"}
 
     animation: bpy.props.BoolProperty(
@@ -112,18 +113,32 @@ class NIM_OT_render_scene(bpy.types.Operator):
     )
 
     @classmethod
+    def description(cls, context, properties):
+        scene = context.scene
+        folder, name = place_of(scene)
+        text = (
+            "Render frames {first} to {last} of this scene in a second Blender, while this one stays free, to {file}. It "
+            "is rendered as it is, with all that is not saved yet. Esc ends it"
+            if properties.animation
+            else "Render frame {frame} of this scene in a second Blender, while this one stays free, to {file}. It is "
+            "rendered as it is, with all that is not saved yet. Esc ends it"
+        )
+        frames = {"first": scene.frame_start, "last": scene.frame_end, "frame": scene.frame_current}
+        return pgettext_iface(text).format(**frames, file=folder / name)
+
+    @classmethod
     def poll(cls, context):
         scene = context.scene
-        if scene.render.engine != "CYCLES":
-            cls.poll_message_set("Only Cycles bends a ray backwards; choose it as the Render Engine")
-        elif scene.camera is None:
+        if scene.camera is None:
             cls.poll_message_set("This scene has no camera; add one, and make it the scene's")
         else:
             return jobs.free(cls)
         return False
 
     def invoke(self, context, event):
-        self.found = [checks_text(problem) for problem in checks.problems(context.scene)]
+        # that another engine is chosen the panel says; Cycles renders it all the same
+        wrong = [problem for problem in checks.problems(context.scene) if problem.code != "engine"]
+        self.found = [checks_text(problem) for problem in wrong]
         text = pgettext_iface("{} was painted and is not saved: the copy has it as it was. Save or pack it.")
         self.found += [text.format(name) for name in unsaved_images()]
         if not self.found or bpy.app.background:
@@ -153,7 +168,10 @@ class NIM_OT_render_scene(bpy.types.Operator):
             self.report({"ERROR"}, pgettext_rpt("The render could not be started: {}").format(error))
             return {"CANCELLED"}
         escape.listen(escape.Listening(lambda: jobs.job() is job and job.running, jobs.end))
-        self.report({"INFO"}, pgettext_rpt("Rendering {} in the background").format(work.title))
+        said = pgettext_rpt("Rendering {} in the background").format(work.title)
+        if context.scene.render.engine != "CYCLES":
+            said += ". " + pgettext_rpt(BY_CYCLES).format(engine=checks.engine_name(context.scene))
+        self.report({"INFO"}, said)
         return {"FINISHED"}
 
 
@@ -166,16 +184,17 @@ class NIM_PT_render(Sidebar, bpy.types.Panel):
     """This scene as it is, rendered in a second Blender"""
 
     bl_idname = "NIM_PT_render"
-    bl_label = "Render Headless"
-    page = "own-scene#render-headless"
+    bl_label = "Render in the Background"
+    page = "own-scene#render-in-the-background"
     bl_order = 35
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context):
         layout = self.layout
         scene = context.scene
-        row = layout.row(align=True)
-        draw_buttons(row, scene)
+        draw_buttons(layout.column(align=True), scene)
+        if scene.render.engine != "CYCLES":
+            draw_sentence(layout, context, pgettext_iface(BY_CYCLES).format(engine=checks.engine_name(scene)), "INFO")
         folder, name = place_of(scene)
         layout.label(text=f"{folder.name}/{name}", icon="FILE_FOLDER", translate=False)
         layout.prop(scene.nim_render, "keep")
@@ -186,25 +205,29 @@ class NIM_PT_render(Sidebar, bpy.types.Panel):
 
 def draw_buttons(layout: bpy.types.UILayout, scene: bpy.types.Scene) -> None:
     """Draw what renders the frame that is shown, and what renders them all."""
-    text = pgettext_iface("Frame {}").format(scene.frame_current)
-    layout.operator("nim.render_scene", text=text, icon="RENDER_STILL", translate=False)
-    text = f"{scene.frame_start} - {scene.frame_end}"
-    layout.operator("nim.render_scene", text=text, icon="RENDER_ANIMATION", translate=False).animation = True
+    layout.operator("nim.render_scene", text="Render Image", icon="RENDER_STILL")
+    layout.operator("nim.render_scene", text="Render Animation", icon="RENDER_ANIMATION").animation = True
 
 
 def _menu(self, _context):
     self.layout.separator()
-    self.layout.operator("nim.render_scene", text="Render Image Headless", icon="RENDER_STILL")
-    self.layout.operator("nim.render_scene", text="Render Animation Headless", icon="RENDER_ANIMATION").animation = True
+    # the search finds them by the word of those who know it, too
+    for text, icon, animation in (
+        ("Render Image in the Background (Headless)", "RENDER_STILL", False),
+        ("Render Animation in the Background (Headless)", "RENDER_ANIMATION", True),
+    ):
+        self.layout.operator("nim.render_scene", text=text, icon=icon).animation = animation
 
 
 CLASSES = (NIM_PG_render, NIM_OT_render_scene, NIM_PT_render)
 
 
 def register():
-    """Let scenes say how they are rendered headless, and be so from the Render menu."""
+    """Let scenes say how they are rendered in the background, and be so from the Render menu."""
     bpy.types.Scene.nim_render = bpy.props.PointerProperty(
-        type=NIM_PG_render, name="Render Headless", description="How this scene is rendered in a second Blender"
+        type=NIM_PG_render,
+        name="Render in the Background",
+        description="How this scene is rendered in a second Blender",
     )
     bpy.types.TOPBAR_MT_render.append(_menu)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The scenes panel: choose, set, build, and the line that renders the same headlessly."""
+"""The scenes panel: choose, set, build, and the line that renders the same without a window."""
 
 import dataclasses
 import os

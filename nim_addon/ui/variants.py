@@ -149,7 +149,7 @@ def all_variants(settings: NIM_PG_scenes, folder: Path) -> jobs.Work:
 
 
 class NIM_OT_render_variants(jobs.Start, bpy.types.Operator):
-    """Render a picture for each value, headless, and all of them side by side into one image, each with its caption"""
+    """Render a picture for each value, in the background, and all of them side by side into one image, each with its caption"""
 
     bl_idname = "nim.render_variants"
     bl_label = "Render All Variants"

@@ -94,6 +94,17 @@ def test_what_the_checks_find_is_said_before_and_refused_where_that_is_strict(sc
     assert "lost.png is missing" in lines[0] and "caustics" in lines[1].lower()
 
 
+def test_that_cycles_renders_in_the_place_of_another_engine_is_said(scene, saved, tmp_path, capsys):
+    scene.render.engine = "BLENDER_WORKBENCH"
+    words = ["render", saved(), "--out", str(tmp_path / "out")]
+    assert command.main([*words, "--strict"]) == 1
+    assert "Workbench is its engine; Cycles renders it" in capsys.readouterr().err
+    assert command.main(words) == 0
+    assert capsys.readouterr().err == (
+        "nimray: Workbench is its engine; Cycles renders it, which alone bends a ray backwards.\n"
+    )
+
+
 def test_caustics_of_another_frame_are_traced_anew(scene, saved, tmp_path, capsys):
     caustics.bake(scene, photons=20000, texels=64)
     caustics.baked(scene)[caustics.REPORT] = {"photons": 20000.0, "settings": []}

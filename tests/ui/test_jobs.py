@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Headless renders: to the end, cancelled, failing, and ended with the add-on."""
+"""Renders in the background: to the end, cancelled, failing, and ended with the add-on."""
 
 import re
 import time
@@ -51,7 +51,7 @@ def test_render_headless_runs_to_the_end_and_opens(settings, press, tmp_path):
     assert press("nim.render_headless") == {"FINISHED"}
     with pytest.raises(RuntimeError, match="under way"):
         press("nim.render_variants")
-    with pytest.raises(RuntimeError, match="No headless render has been finished"):
+    with pytest.raises(RuntimeError, match="No render in the background has been finished"):
         press("nim.open_result")
     job = follow(never)
     assert (job.code, job.problem) == (0, "")
@@ -92,7 +92,7 @@ def test_all_variants_stand_side_by_side(settings, press, tmp_path, capsys):
 
 def test_cancel_ends_the_process_and_leaves_nothing(settings, press, tmp_path):
     settings.quality = "FINAL"
-    with pytest.raises(RuntimeError, match="No headless render is under way"):
+    with pytest.raises(RuntimeError, match="No render in the background is under way"):
         press("nim.cancel_render")
     press("nim.render_headless")
     job = follow(lambda job: list(tmp_path.glob(".*.part")))
@@ -250,7 +250,7 @@ def test_the_panel_says_how_many_variants_and_what_it_renders(settings):
     layout = Named()
     jobs.NIM_PT_jobs.draw(SimpleNamespace(layout=layout), context_of_panel())
     variants.NIM_PT_variants.draw(SimpleNamespace(layout=layout), context_of_panel())
-    assert ("nim.render_headless", "Render Sphere Headless") in layout.drawn
+    assert ("nim.render_headless", "Render Sphere") in layout.drawn
     assert ("nim.render_variants", "Render 3 Variants") in layout.drawn
     told = jobs.NIM_OT_render_headless.description(context_of_panel(), None)
     assert "Sphere" in told and "800 x 600 pixels, 128 samples" in told
@@ -258,7 +258,7 @@ def test_the_panel_says_how_many_variants_and_what_it_renders(settings):
     assert "Pool" in jobs.NIM_OT_render_headless.description(context_of_panel(), None)
     bpy.context.scene.nim_variants.pool = "view"
     jobs.NIM_PT_jobs.draw(SimpleNamespace(layout=layout), context_of_panel())
-    assert ("nim.render_headless", "Render Pool Headless") in layout.drawn
+    assert ("nim.render_headless", "Render Pool") in layout.drawn
 
 
 def test_renders_go_where_the_preferences_say_and_overwrite_nothing(addon, monkeypatch, tmp_path):

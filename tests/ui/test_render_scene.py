@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A person's own scene, rendered headless as it is: what is in the picture, where it goes, and what stays as it was."""
+"""A person's own scene, rendered in the background as it is: what is in the picture, where it goes, and what stays as it was."""
 
 import time
 from types import SimpleNamespace
@@ -110,9 +110,17 @@ def test_what_cannot_be_rendered_is_said_by_the_button(scene, press):
     scene.camera = None
     with pytest.raises(RuntimeError, match="no camera"):
         press("nim.render_scene")
-    scene.render.engine = "BLENDER_WORKBENCH"
-    with pytest.raises(RuntimeError, match="Only Cycles"):
-        press("nim.render_scene")
+
+
+def test_cycles_renders_a_scene_that_is_set_to_another_engine(scene, press, tmp_path):
+    pictures = []
+    for engine in ("CYCLES", "BLENDER_WORKBENCH"):
+        scene.render.engine = engine
+        assert press("nim.render_scene") == {"FINISHED"}
+        job = followed()
+        assert (job.problem, job.code, scene.render.engine) == ("", 0, engine)
+        pictures.append(pixels(job.files[0]))
+    assert np.array_equal(*pictures)
 
 
 def test_escape_is_heard_and_the_rest_passes():

@@ -211,8 +211,6 @@ def back_in_the_view():
     show("VIEW_3D")
     sidebar("VIEW_3D", "NIM")
     select("Cube")
-    lab.window().scene.objects["Cube"].rotation_euler.y = 0.35
-    pushed("Turn")
 
 
 @step(wait=2)

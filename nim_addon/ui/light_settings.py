@@ -12,7 +12,7 @@ SOURCES = (
     (
         "SIDE",
         "From the Side",
-        "From outside, beside the interface as the camera sees it; from above, at a slant, if it is flat",
+        "A narrow beam from outside, across the camera's view, that meets the interface at a slant and so is seen to bend",
         "AXIS_SIDE",
         3,
     ),

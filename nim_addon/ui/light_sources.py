@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where light paths start: beside the interfaces, at the 3D cursor, at the camera, or at lamps."""
 
+import itertools
 import math
 
 import bpy
@@ -10,11 +11,16 @@ from bpy.app.translations import pgettext_rpt
 from ..cycles.casting import Meshes
 from .light_settings import Settings
 
-# Of a beam from the side so many rays should meet an interface first, from outside and not at a grazing angle.
-ENOUGH = 0.5
+# Of a beam from the side so many rays should meet an interface first, from outside, neither grazing nor head-on.
+ENOUGH = 0.9
+AT_LEAST = 0.5  # where no beam has so many: the share of the best, with which it is looked for no further away
 STEEP = 0.3  # the least cosine of what is not grazing
+HEAD_ON = math.cos(math.radians(10))  # the greatest of what is seen to be bent
+SLANT = math.radians(30)  # of a beam to a face that it would meet head-on
+NARROW = 0.25  # of the extent across it: the width of a beam that is one beam still behind a face or two
+WIDE = 0.8  # and of one that meets most of what is there
 LOOKED_AT = 50  # of a beam from the side at most so many rays are looked at
-FLAT = 0.1  # thinner than this share of its second extent something is a sheet, such as the surface of a liquid
+FLAT = 0.15  # thinner than this share of its second extent something is a sheet, such as the surface of a liquid
 
 
 def starts(
@@ -30,8 +36,9 @@ def starts(
         settings.thickness, settings.reach = 0.007 * surfaces.size, surfaces.size
     if settings.source == "SIDE":
         return {"side": _from_the_side(context.scene, settings, surfaces, target, depsgraph)}
-    if settings.fit:
-        settings.width = 0.8 * float(np.median(target[1] - target[0]))
+    if settings.fit:  # from the handle as from the side, where it is added
+        share = NARROW if settings.source == "HANDLE" else WIDE
+        settings.width = share * float(np.median(target[1] - target[0]))
     middle = (target[0] + target[1]) / 2
     if settings.source == "HANDLE":
         return {"handle": _from_the_handle(context.scene, settings, depsgraph)}
@@ -150,22 +157,31 @@ def _from_the_side(scene, settings, surfaces, target, depsgraph):
     boxes = [target]
     if target[0] is surfaces.low:  # of interfaces that lie apart the middle may be empty: then one of them will do
         boxes += sorted(surfaces.bounds.values(), key=lambda box: -np.linalg.norm(box[1] - box[0]))
-    candidates = (
-        _beside(settings, surfaces, low, high, axis, beyond)
-        for low, high in boxes
-        for beyond in (False, True)
-        for axis in _axes(scene, settings, high - low, depsgraph)
-    )
     best, most = None, -1.0
-    for start in candidates:
+    for (low, high), beyond in itertools.product(boxes, (False, True)):
+        axes = _axes(scene, settings, high - low, depsgraph)
+        share, start = _best(
+            surfaces, (start for axis in axes for start in _beside(settings, surfaces, low, high, axis, beyond))
+        )
+        if share > most:
+            best, most = start, share
+        if most >= AT_LEAST:
+            break
+    if settings.fit:
+        settings.width = best[2]
+    return best[:2]
+
+
+def _best(surfaces, starts):
+    """Of ways to start the first that is good enough, or else the best: its share, and itself."""
+    best, most = None, -1.0
+    for start in starts:
         share = _share(surfaces, *start[:2])
         if share > most:
             best, most = start, share
         if most >= ENOUGH:
             break
-    if settings.fit:
-        settings.width = best[2]
-    return best[:2]
+    return most, best
 
 
 def _axes(scene, settings, extent, depsgraph):
@@ -181,8 +197,7 @@ def _axes(scene, settings, extent, depsgraph):
         away = np.cross(up, right)
     slants = [right - up, right + away, right - away, away - up, -right - up, right + up]
     straight = [right, -right, away, -away, -up, up]
-    thin, second = np.sort(extent)[:2]
-    if thin < FLAT * second:
+    if _is_sheet(extent):
         normal = np.eye(3)[np.argmin(extent)]
         order = sorted(slants, key=lambda axis: abs(axis @ normal) < 0.5) + straight
     else:
@@ -191,27 +206,43 @@ def _axes(scene, settings, extent, depsgraph):
 
 
 def _beside(settings, surfaces, low, high, axis, beyond):
-    """Origins, directions and width of rays along `axis` that start outside of the box, or `beyond` all interfaces."""
+    """Origins, directions and width of rays along `axis` that start outside of the box, or `beyond` all interfaces.
+
+    Before those, of rays that lean, and meet at a slant what these meet: head-on nothing is bent.
+    """
     middle, extent = (low + high) / 2, high - low
+    straight = _towards(settings, surfaces, middle, extent, axis, beyond)
+    if settings.aim != "DIRECTION" and not _is_sheet(extent):
+        origin = straight[0].mean(axis=0)
+        distance = surfaces.hit(origin[None], axis[None]).distance[0]
+        if np.isfinite(distance):
+            leaning = math.cos(SLANT) * axis - math.sin(SLANT) * across(axis, settings.roll)
+            yield _towards(settings, surfaces, origin + distance * axis, extent, leaning, beyond)
+    yield straight
+
+
+def _is_sheet(extent):
+    thin, second = np.sort(extent)[:2]
+    return thin < FLAT * second
+
+
+def _towards(settings, surfaces, place, extent, axis, beyond):
+    """Origins, directions and width of rays along `axis` to a place of something of that extent."""
     before = 0.75 * np.linalg.norm(extent)
     if beyond:
         corners = np.array(np.meshgrid(*np.stack([surfaces.low, surfaces.high], -1))).reshape(3, -1).T
-        before = max(before, -np.min((corners - middle) @ axis) + 0.25 * np.linalg.norm(extent))
-    width = settings.width
-    if settings.fit:
-        thin, second = np.sort(extent)[:2]
-        # as wide as the ellipsoid in the box is, across the beam
-        extent = np.linalg.norm(across(axis, settings.roll) * extent)
-        width = (0.25 if thin < FLAT * second else 0.8) * float(extent)
-    return *_rays(settings, middle - before * axis, axis, width, settings.arrangement == "BEAM"), width
+        before = max(before, -np.min((corners - place) @ axis) + 0.25 * np.linalg.norm(extent))
+    width = NARROW * float(np.linalg.norm(across(axis, settings.roll) * extent)) if settings.fit else settings.width
+    return *_rays(settings, place - before * axis, axis, width, settings.arrangement == "BEAM"), width
 
 
 def _share(surfaces, origins, directions):
-    """The share of rays that start outside and meet an interface first, at no grazing angle; a little for any other."""
+    """The share of rays that start outside and meet an interface first, so that they are seen to bend; a little for any other."""
     some = slice(None, None, 1 + len(origins) // LOOKED_AT)
     origins, directions = origins[some], directions[some]
     ahead, behind = surfaces.hit(origins, directions), surfaces.hit(origins, -directions)
     meets = ahead.which >= 0
     outside = np.sum(-directions * behind.normal, axis=1) <= 0
-    good = meets & outside & (np.sum(directions * ahead.normal, axis=1) < -STEEP)
+    cosine = -np.sum(directions * ahead.normal, axis=1)
+    good = meets & outside & (cosine > STEEP) & (cosine < HEAD_ON)
     return float(np.mean(good + 0.01 * meets))

@@ -298,7 +298,8 @@ def test_rays_start_from_the_handle_along_its_arrow(scene, press):
     first = starts.depth == 0
     np.testing.assert_allclose(starts.direction[first], np.tile((0, 0, -1), (9, 1)), atol=1e-6)
     np.testing.assert_allclose(starts.start[first].mean(axis=0), (0, 0, 4), atol=1e-6)
-    assert np.ptp(starts.start[first], axis=0)[0] > 1  # side by side along its X axis
+    # side by side along its X axis, as wide as the beam from the side was
+    np.testing.assert_allclose(np.ptp(starts.start[first], axis=0), (0.5, 0, 0), atol=1e-4)
     handle.scale = (5, 5, 5)
     np.testing.assert_allclose(look().traced[0].paths.start, starts.start, atol=1e-4)
     scene.nim_rays.arrangement = "FAN"

@@ -12,6 +12,7 @@ from nim_addon.cycles.visibility import PATHS_MARK, as_rendered, shown
 from nim_addon.physics import MEDIA
 from nim_addon.physics.rays import Kind
 from nim_addon.scenes import shapes, surfaces
+from nim_addon.ui.add_interface import SHAPES
 from tests.ui.drawn_paths import add, add_interface, direction, drawn
 
 
@@ -95,8 +96,8 @@ def test_of_an_added_sphere_too(scene, press):
         press("nim.add_object")
         added = bpy.context.object
         press("nim.light_paths")
-        middle = met_from_outside(scene, 1.0)[:, 1].mean(axis=0)
-        np.testing.assert_allclose(middle[1:], cursor[1:], atol=1e-3)
+        ends = met_from_outside(scene, 1.0)
+        np.testing.assert_allclose(ends[10, 1], np.array(cursor) - (1, 0, 0), atol=1e-3)
         bpy.data.objects.remove(added)
 
 
@@ -104,7 +105,32 @@ def test_of_the_converted_cube_too(addon, press):
     press("nim.convert")
     press("nim.light_paths", rays=3)
     ends, _ = drawn(Kind.INCIDENT)
-    np.testing.assert_allclose(ends[:, 1], [(-1, 0, -0.8), (-1, 0, 0), (-1, 0, 0.8)], atol=1e-5)
+    # at 30 degrees to the middle of a face, a quarter as wide as the cube
+    along, wide = (math.sqrt(0.75), 0, -0.5), 0.25 / math.sqrt(0.75)
+    np.testing.assert_allclose(direction(ends), np.tile(along, (3, 1)), atol=1e-5)
+    np.testing.assert_allclose(ends[:, 1], [(-1, 0, -wide), (-1, 0, 0), (-1, 0, wide)], atol=1e-5)
+
+
+@pytest.mark.parametrize("shape", [*SHAPES, "Suzanne"])
+@pytest.mark.parametrize("sees", [True, False], ids=["camera", "no camera"])
+def test_the_first_beam_is_seen_to_bend_backwards(scene, press, shape, sees):
+    scene.nim_rays.source = "SIDE"
+    scene.camera = scene.camera if sees else None
+    if shape == "Suzanne":
+        press("mesh.primitive_monkey_add")
+        press("nim.convert")
+    else:
+        press("nim.add_object", shape=shape)
+    press("nim.light_paths", bounces=1)
+    along = direction(drawn(Kind.INCIDENT)[0])
+    bent = direction(drawn(Kind.TRANSMITTED)[0])
+    assert len(bent) == len(along) == 21
+    # the normal lies in the plane of both, and along n_i d_i - n_t d_t
+    normal = direction(np.stack([np.zeros_like(along), along + 1.5 * bent], axis=1))
+    theta_i = np.degrees(np.arccos(np.abs(np.sum(normal * along, axis=1))))
+    assert np.mean((theta_i > 10) & (theta_i < 75)) >= 0.9
+    aside, goes_on = (one - np.sum(one * normal, axis=1)[:, None] * normal for one in (along, bent))
+    assert (np.sum(aside * goes_on, axis=1) < 0).all()
 
 
 def test_a_bubble_is_met_from_outside_the_block_it_is_in(scene, press):
@@ -151,7 +177,10 @@ def test_a_sheet_is_met_at_a_slant(scene, press, turn):
     np.testing.assert_allclose(ends[:, 1] @ normal, 0, atol=1e-5)
 
 
-@pytest.mark.parametrize("aim, along", [("TARGET", (1, 0, 0)), ("FORWARD", (1, 0, 0)), ("DIRECTION", (0, 0.6, -0.8))])
+SLANTED = [(aim, (math.sqrt(0.75), 0, -0.5)) for aim in ("TARGET", "FORWARD")]
+
+
+@pytest.mark.parametrize("aim, along", [*SLANTED, ("DIRECTION", (0, 0.6, -0.8))])
 def test_from_the_side_takes_a_direction_of_ones_own(scene, press, aim, along):
     add_interface(-1.5, shapes.cube_sphere(8), smooth=True)
     press("nim.light_paths", source="SIDE", aim=aim, direction=(0, 3, -4), rays=3)

@@ -111,7 +111,7 @@ def text_made():
 @step(wait=2)
 def pie():
     event("MOUSEMOVE", "NOTHING", at=middle_of("VIEW_3D"))
-    press("wm.call_menu_pie", name="NIM_MT_pie")
+    press("wm.call_menu_pie", name="NIM_MT_pie_context_menu")
 
 
 @step(wait=1, shot=False)

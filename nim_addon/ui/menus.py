@@ -56,10 +56,11 @@ class NIM_MT_object(bpy.types.Menu):
                 self.layout.separator()
 
 
-class NIM_MT_pie(bpy.types.Menu):
+class NIM_MT_pie_context_menu(bpy.types.Menu):
     """The same around the mouse; it has a key once you give it one, in the add-on's preferences"""
 
-    bl_idname = "NIM_MT_pie"
+    # the search collects menus that keys open, but of these names: it has the entries from the Object menu
+    bl_idname = "NIM_MT_pie_context_menu"
     bl_label = "Negative Index"
 
     def draw(self, context):
@@ -82,13 +83,15 @@ def draw_key(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
 
     keymap = context.window_manager.keyconfigs.user.keymaps.get("Object Mode")
     items = keymap.keymap_items if keymap else ()
-    item = next((i for i in items if i.idname == "wm.call_menu_pie" and i.properties.name == "NIM_MT_pie"), None)
+    item = next(
+        (i for i in items if i.idname == "wm.call_menu_pie" and i.properties.name == "NIM_MT_pie_context_menu"), None
+    )
     if item:
         layout.context_pointer_set("keymap", keymap)
         rna_keymap_ui.draw_kmi([], context.window_manager.keyconfigs.user, keymap, item, layout, 0)
 
 
-CLASSES = (NIM_MT_object, NIM_MT_pie)
+CLASSES = (NIM_MT_object, NIM_MT_pie_context_menu)
 MENUS = ("VIEW3D_MT_object", "VIEW3D_MT_object_context_menu")
 
 
@@ -99,7 +102,7 @@ def register():
     if keys := bpy.context.window_manager.keyconfigs.addon:  # none without a window
         keymap = keys.keymaps.new(name="Object Mode")
         item = keymap.keymap_items.new("wm.call_menu_pie", "NONE", "PRESS")
-        item.properties.name = "NIM_MT_pie"
+        item.properties.name = "NIM_MT_pie_context_menu"
         _keys.append((keymap, item))
 
 

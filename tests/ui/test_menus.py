@@ -54,8 +54,14 @@ def test_the_search_finds(addon, words, operator):
 
 
 def test_the_pie_has_eight_of_the_menu(addon):
-    pie, menu = drawn("NIM_MT_pie").entries, drawn("NIM_MT_object").entries
+    pie, menu = drawn("NIM_MT_pie_context_menu").entries, drawn("NIM_MT_object").entries
     assert len(pie) == len(dict(pie)) == 8 and set(pie) <= set(menu)
+
+
+def test_the_search_lists_each_once(addon):
+    """It collects what the menus of an editor and those of its keys hold, but no context menus, which it tells by name."""
+    (item,) = bpy.context.window_manager.keyconfigs.addon.keymaps["Object Mode"].keymap_items
+    assert item.active and item.properties.name.endswith("_context_menu")
 
 
 def test_the_menu_is_in_the_object_menu_and_on_the_right_click_and_goes(addon):
@@ -85,7 +91,7 @@ def test_the_pie_takes_no_key_and_can_be_given_one(addon):
         return [item for item in keymap.keymap_items if item.idname == "wm.call_menu_pie"] if keymap else []
 
     (item,) = ours()
-    assert item.type == "NONE" and item.properties.name == "NIM_MT_pie"
+    assert item.type == "NONE" and item.properties.name == "NIM_MT_pie_context_menu"
     addon_utils.disable(addon, default_set=True)
     assert not ours()
     addon_utils.enable(addon, default_set=True)

@@ -149,6 +149,10 @@ class NIM_OT_add_graded_ball_node(BallChoice, NodeAddition, bpy.types.Operator):
         """The node, of radius 1."""
         return profile_node(tree, self.profile(), backend=backend_for(context.scene))
 
+    def warm(self):
+        """Where a NIM is in it."""
+        return self.device == "magnifier"
+
     def draw(self, context):
         """Draw the redo panel."""
         self.draw_profile(self.layout)

@@ -83,6 +83,10 @@ class NIM_OT_add_lenslet_node(NodeAddition, bpy.types.Operator):
         """The node, of ideal lenslets."""
         return lenslet_node(tree, LensletWindow(plain(self.eta)), backend=backend_for(context.scene))
 
+    def warm(self):
+        """Where it bends backwards."""
+        return self.eta < 0
+
     def told(self, node):
         """Which eta it is of."""
         text = pgettext_rpt("{name} of eta {eta} added")

@@ -73,6 +73,10 @@ class NIM_OT_add_slab_node(NodeAddition, bpy.types.Operator):
         slab = UniaxialSlab(plain(self.across), plain(self.along), 0.25)
         return slab_node(tree, slab, backend=backend_for(context.scene))
 
+    def warm(self):
+        """Where one of its images is bent backwards."""
+        return self.across * self.along < 0
+
     def told(self, node):
         """Which permittivities it is of."""
         return _told(self)

@@ -6,7 +6,9 @@ from typing import NamedTuple
 import bpy
 from bpy_extras.object_utils import object_data_add
 
-from ..cycles.closures import closure_of
+from ..cycles.closures import closure_of, preview
+from ..cycles.surface import show_in_eevee
+from ..cycles.visibility import source_of
 from .translations import OWN
 
 
@@ -62,8 +64,13 @@ class ObjectAddition(Addition):
 class NodeAddition(Addition):
     """One that adds a node to the material in the Shader editor, by its `node(context, tree)`, which adds it to a tree.
 
-    `told(node)` is what is said then.
+    `told(node)` is what is said then; `warm()`, whether EEVEE's veil over it is that of what bends backwards, of a node that
+    has no output of its own for EEVEE.
     """
+
+    def warm(self):
+        """Not what bends light as glass does."""
+        return False
 
     @classmethod
     def poll(cls, context):
@@ -97,11 +104,22 @@ class NodeAddition(Addition):
         """Add it at the node editor's cursor, selected and active."""
         tree = context.space_data.edit_tree
         node = self.node(context, tree)
+        node.location = context.space_data.cursor_location
+        if _is_plain(tree):
+            show_in_eevee(node, preview.NEGATIVE if self.warm() else preview.POSITIVE)
         for other in tree.nodes:
             other.select = other == node
         tree.nodes.active = node
-        node.location = context.space_data.cursor_location
         return self.told(node)
+
+
+def _is_plain(tree):
+    """Whether a tree is a material's own, and its surface no mixture: what EEVEE shows of one is what a person mixed."""
+    if not any(material.node_tree == tree for material in bpy.data.materials):
+        return False
+    output = tree.get_output_node("CYCLES")
+    source = source_of(output.inputs["Surface"]) if output else None
+    return source is None or not any(socket.type == "SHADER" for socket in source[0].node.inputs)
 
 
 def add_mesh(context: bpy.types.Context, name: str, vertices, faces, material: bpy.types.Material) -> bpy.types.Object:

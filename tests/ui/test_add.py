@@ -8,7 +8,7 @@ import pytest
 from nim_addon import checks
 from nim_addon.checks.solids import Solid
 from nim_addon.cycles import graded, settings
-from nim_addon.cycles.closures import GRADED_CORE, LENSLET_WINDOW, UNIAXIAL_SLAB
+from nim_addon.cycles.closures import GRADED_CORE, LENSLET_WINDOW, UNIAXIAL_SLAB, preview
 from nim_addon.cycles.lenslets import window_of
 from nim_addon.cycles.material import interface_nodes, interface_of
 from nim_addon.cycles.slabs import slab_of
@@ -83,17 +83,29 @@ def test_a_node_needs_a_shader_tree(addon, press):
         press("nim.add_node")
 
 
-def test_a_node_with_ready_media(addon, press):
-    """In a node editor, which a window without a screen has too once an area is turned into one."""
+@pytest.fixture
+def editor(addon):
+    """editor(tree) -> a Shader editor that shows a tree, as an override of the context. A window without a screen has one too
+    once an area is turned into one.
+    """
     window = bpy.context.window_manager.windows[0]
     area = window.screen.areas[0]
     former, area.ui_type = area.ui_type, "ShaderNodeTree"
-    tree = bpy.data.materials["Material"].node_tree
     region = next(region for region in area.regions if region.type == "WINDOW")
-    with bpy.context.temp_override(window=window, area=area, region=region):
-        space = area.spaces.active
-        space.pin = True
-        space.node_tree = tree
+
+    def shown(tree):
+        area.spaces.active.pin = True
+        area.spaces.active.node_tree = tree
+        return bpy.context.temp_override(window=window, area=area, region=region)
+
+    yield shown
+    area.ui_type = former
+
+
+def test_a_node_with_ready_media(editor, press):
+    tree = bpy.data.materials["Material"].node_tree
+    with editor(tree):
+        space = bpy.context.space_data
         space.cursor_location = (30, 40)
         assert press("nim.add_node", medium="nim-4.1") == {"FINISHED"}
         node = tree.nodes.active
@@ -102,7 +114,46 @@ def test_a_node_with_ready_media(addon, press):
         space.path.start(node.node_tree)
         with pytest.raises(RuntimeError, match="cannot be put into its own group"):
             press("nim.add_node")
-    area.ui_type = former
+
+
+NODE_OPERATORS = {
+    "nim.add_node": ({}, {}),
+    "nim.add_slab_node": ({"along": -3.0}, {"along": 3.0}),
+    "nim.add_lenslet_node": ({"eta": -1.0}, {"eta": 1.0}),
+    "nim.add_graded_ball_node": ({"device": "magnifier"}, {"device": "luneburg"}),
+}
+
+
+@pytest.mark.parametrize("operator", NODE_OPERATORS)
+def test_a_node_is_shown_in_eevee_as_one_of_make_negative_index_is(editor, press, operator):
+    tree = bpy.data.materials["Material"].node_tree
+    before = tree.get_output_node("CYCLES"), tree.get_output_node("CYCLES").inputs["Surface"].links[0].from_node
+    with editor(tree):
+        for kept, values in enumerate(NODE_OPERATORS[operator]):
+            press(operator, **values)
+            node, shown = tree.nodes.active, tree.get_output_node("EEVEE")
+            assert [other for other in tree.nodes if other.select] == [node] and shown.target == "EEVEE"
+            source = shown.inputs["Surface"].links[0].from_node
+            if operator == "nim.add_node":
+                assert source == node or kept, "the first one's"
+            else:
+                veil = source.inputs[2].links[0].from_node.inputs["Color"].default_value
+                assert tuple(veil)[:3] == pytest.approx(preview.POSITIVE if kept else preview.NEGATIVE)
+                for other in [other for other in tree.nodes if other.type in ("OUTPUT_MATERIAL", "MIX_SHADER")]:
+                    if other != before[0]:
+                        tree.nodes.remove(other)
+        assert (tree.get_output_node("CYCLES"), before[0].inputs["Surface"].links[0].from_node) == before
+
+
+def test_what_eevee_shows_of_a_mixture_or_within_a_group_is_as_a_person_has_it(editor, press):
+    tree = bpy.data.materials["Material"].node_tree
+    mixed, output = tree.nodes.new("ShaderNodeMixShader"), tree.get_output_node("CYCLES")
+    tree.links.new(mixed.outputs[0], output.inputs["Surface"])
+    group = bpy.data.node_groups.new("Own", "ShaderNodeTree")
+    for held in (tree, group):
+        with editor(held):
+            press("nim.add_node")
+        assert {node.target for node in held.nodes if node.type == "OUTPUT_MATERIAL"} <= {"ALL"}
 
 
 def test_every_medium_can_be_chosen():

@@ -11,7 +11,7 @@ from ..cycles.material import asked_interfaces, glass_index, interface_material,
 from ..cycles.surface import remove_material
 from ..cycles.visibility import SURFACES, materials_of
 from ..physics import Interface, Medium
-from . import curves, preferences, warnings
+from . import curves, former, preferences, warnings
 from .material import draw_media, draw_readings, draw_summary
 from .material_values import active_node
 from .media import (
@@ -30,28 +30,11 @@ from .panels import Sidebar, draw_sentence
 # The slots of an object hide those of its mesh: a NIM is put into the first, so the mesh and others that share it stay.
 
 
-class NIM_PG_former_slot(bpy.types.PropertyGroup):
-    """A material slot of an object as it was: the object's own material, and whether that or the mesh's counted."""
-
-    material: bpy.props.PointerProperty(
-        type=bpy.types.Material, name="Material", description="The object's own material in this slot"
-    )
-    link: bpy.props.EnumProperty(
-        name="Link",
-        description="Whose material counted",
-        items=(
-            ("DATA", "Mesh", "The mesh's material counted", "NONE", 0),
-            ("OBJECT", "Object", "The object's own material counted", "NONE", 1),
-        ),
-    )
-    kept: bpy.props.BoolProperty(name="Kept", description="This slot was left as it is")
-
-
 class NIM_PG_object(bpy.types.PropertyGroup):
     """What "Take Back" needs to know of a converted object."""
 
     former: bpy.props.CollectionProperty(
-        type=NIM_PG_former_slot, name="Former slots", description="The slots before the object became a NIM"
+        type=former.NIM_PG_former_slot, name="Former slots", description="The slots before the object became a NIM"
     )
     slot_added: bpy.props.BoolProperty(
         name="Slot added", description="The mesh had no material slot: the one it has was made for the NIM"
@@ -88,20 +71,23 @@ def convert(object_: bpy.types.Object, materials: dict[int, bpy.types.Material],
     elif fresh:
         # its mesh's only slot may have been made for another object that shares the mesh
         object_.nim.slot_added = any(other.nim.slot_added for other in _sharing(object_))
+    else:
+        former.align(object_)
     for place, slot in enumerate(object_.material_slots):
         if place >= len(object_.nim.former):
             object_.nim.former.add().kept = True
         if place not in materials:
             continue
-        former, earlier = object_.nim.former[place], slot.material
-        if former.kept:
-            former.kept, former.link = False, slot.link
+        was, earlier = object_.nim.former[place], slot.material
+        if was.kept:
+            was.kept, was.link = False, slot.link
             slot.link = "OBJECT"
-            former.material = slot.material
+            was.material = slot.material
         slot.link = "OBJECT"
         slot.material = materials[place]
         if earlier and not earlier.users and interface_nodes(earlier):  # one that was made here before
             remove_material(earlier)
+    former.note(object_)
     if close and not object_.nim.shape:
         object_.nim.shape = curves.close(object_)
 
@@ -109,11 +95,12 @@ def convert(object_: bpy.types.Object, materials: dict[int, bpy.types.Material],
 def take_back(object_: bpy.types.Object) -> None:
     """Give a converted object its former slots; a NIM that nothing else wears any more leaves the file, with all it used."""
     worn = {slot.material for slot in object_.material_slots if interface_nodes(slot.material)}
-    for slot, former in zip(object_.material_slots, object_.nim.former, strict=False):
-        if not former.kept:
+    former.align(object_)
+    for slot, was in zip(object_.material_slots, object_.nim.former, strict=False):
+        if not was.kept:
             slot.link = "OBJECT"
-            slot.material = former.material
-            slot.link = former.link
+            slot.material = was.material
+            slot.link = was.link
     # the mesh's own slot goes with the last of the objects it was made for
     lone = len(object_.data.materials) == 1 and object_.data.materials[0] is None
     if object_.nim.slot_added and lone and not any(other.nim.slot_added for other in _sharing(object_)):
@@ -383,7 +370,7 @@ class NIM_PT_convert(Sidebar, bpy.types.Panel):
         preferences.draw_offer(layout)
 
 
-CLASSES = (NIM_PG_former_slot, NIM_PG_object, NIM_OT_convert, NIM_OT_revert, NIM_PT_convert)
+CLASSES = (former.NIM_PG_former_slot, NIM_PG_object, NIM_OT_convert, NIM_OT_revert, NIM_PT_convert)
 
 
 def register():

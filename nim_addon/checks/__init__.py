@@ -55,7 +55,7 @@ def found_in(sight: Sight) -> list[Problem]:
     beside = ray_checks.other_layers(sight.scene)
     beside += ball_checks.find(sight) + pane_checks.find(sight)
     if not sight.worn:
-        return (ray_checks.layers(sight) if ray_checks.overridden(sight.scene) else []) + beside
+        return (ray_checks.layers(sight) if ray_checks.overridden(sight) else []) + beside
     return [problem for check in CHECKS for problem in check(sight)] + beside
 
 

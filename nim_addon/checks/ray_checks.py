@@ -6,9 +6,10 @@ from __future__ import annotations
 import bpy
 
 from ..caustics.placing import SAMPLING
+from ..cycles import visibility
 from ..cycles.material import asked_interfaces
 from ..cycles.problem import LINKED, Problem, about, own_data, own_objects
-from ..cycles.visibility import asked, rendered
+from ..cycles.visibility import asked, declared, rendered
 from .sight import Sight
 
 # What a light of no size is given: a small bulb (metres), and the sun as it is seen from the earth (radians).
@@ -121,18 +122,22 @@ def other_layers(scene: bpy.types.Scene) -> list[Problem]:
     looked_at, found = set(rendered(scene)) if others else set(), []
     text = "Only the view layer {layer} shows {name}: checks, caustics and light paths look at the first one, {first}."
     for view in others:
-        for obj in rendered(scene, view) if view.use else ():
-            if obj not in looked_at and any(asked_interfaces(slot.material) for slot in obj.material_slots):
+        beside = [obj for obj in rendered(scene, view) if obj not in looked_at] if view.use else []
+        for obj, materials in declared(beside).items():
+            if any(asked_interfaces(material) for material in materials):
                 values = {"layer": view.name, "name": obj.name, "first": first.name}
                 found.append(Problem("other_layers", (text,), values, None, (obj.name,)))
     return found
 
 
-def overridden(scene: bpy.types.Scene) -> bool:
+def overridden(sight: Sight) -> bool:
     """Whether an interface of the scene is not rendered because a view layer overrides all materials."""
-    if not any(layer.material_override and layer.use for layer in scene.view_layers):
+    if not any(layer.material_override and layer.use for layer in sight.scene.view_layers):
         return False
-    return any(asked_interfaces(slot.material) for obj in rendered(scene) for slot in obj.material_slots)
+    all_shown = visibility.shown(sight.scene, sight.depsgraph, overridden=False)
+    beneath = {material for surface in all_shown for material in surface.materials}
+    beneath.update(material for materials in declared(rendered(sight.scene)).values() for material in materials)
+    return any(asked_interfaces(material) for material in beneath)
 
 
 def sizeless(light: bpy.types.Light) -> bool:

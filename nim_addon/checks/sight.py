@@ -73,10 +73,11 @@ def look(
         for material in dict.fromkeys(surface.materials):
             if material:
                 worn.setdefault(material, []).append(surface)
-    for obj in visibility.rendered(scene):
-        for material in visibility.materials_of(obj, override) if obj.type in visibility.SURFACES else ():
-            if material:
-                worn.setdefault(material, [])
+    seen = {surface.parent or surface.original for surface in shown}
+    hidden = [obj for obj in visibility.rendered(scene) if obj not in seen]
+    for materials in visibility.declared(hidden).values():
+        for material in dict.fromkeys(override or material for material in materials):
+            worn.setdefault(material, [])
     ours = [material for material in worn if asked_closures(material)]
     worn = {material: wearers for material, wearers in worn.items() if asked_interfaces(material)}
     lamps = visibility.lamps(scene, depsgraph)

@@ -8,7 +8,7 @@ come from geometry nodes, from an instance, or from the view layer; nodes are re
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Container, Iterator
+from collections.abc import Container, Iterable, Iterator
 from typing import Any, NamedTuple
 
 import bpy
@@ -135,12 +135,13 @@ def _close_eyes(scene, places, closed):
         _layers(scene)[place].hide_viewport = closed
 
 
-def shown(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> Iterator[Shown]:
+def shown(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, *, overridden: bool = True) -> Iterator[Shown]:
     """Each mesh, curves and texts as the meshes they become, that a render of `scene` without baked caustics shows.
 
-    depsgraph: as_rendered()'s, for all that a render shows; the viewport's, while drawing, for what is evaluated there
+    depsgraph:  as_rendered()'s, for all that a render shows; the viewport's, while drawing, for what is evaluated there
+    overridden: whether the view layer's material stands in the place of others, as in a render
     """
-    override = scene.view_layers[0].material_override
+    override = scene.view_layers[0].material_override if overridden else None
     alone = set(rendered(scene))
     for instance in depsgraph.object_instances:
         obj = instance.object
@@ -210,6 +211,57 @@ def materials_of(
     """The original materials, or None, in the slots of an evaluated object; `override`: what a view layer puts there."""
     worn = [slot.material for slot in obj.material_slots] or [None]
     return tuple(override or (material and material.original) for material in worn)
+
+
+def declared(objects: Iterable[bpy.types.Object]) -> dict[bpy.types.Object, list[bpy.types.Material]]:
+    """{object: the materials that it may wear, or what it makes instances of}, as its slots, geometry nodes and collection say.
+
+    Nothing is evaluated: this is for what no depsgraph at hand shows. What a node tree holds counts, used there or not.
+    """
+    uses, found = None, {}
+    for obj in objects:
+        things = [obj]
+        if _makes_others(obj):
+            uses = uses or _uses()
+            things = _reached(obj, uses)
+        own = {thing: None for thing in things if isinstance(thing, bpy.types.Material)}
+        for thing in things:
+            if isinstance(thing, bpy.types.Object) and thing.type in SURFACES:
+                own |= dict.fromkeys(material for material in materials_of(thing) if material)
+        found[obj] = list(own)
+    return found
+
+
+def _makes_others(obj):
+    return obj.instance_collection or (obj.modifiers and any(modifier.type == "NODES" for modifier in obj.modifiers))
+
+
+def _uses():
+    """{data-block: those of these kinds that it uses}, what modifiers are given too: Blender's map of users, turned round."""
+    kinds, uses = {"OBJECT", "COLLECTION", "NODETREE", "MATERIAL"}, {}
+    for used, users in bpy.data.user_map(key_types=kinds, value_types=kinds).items():
+        for user in users:
+            uses.setdefault(user, []).append(used)
+    return uses
+
+
+def _reached(obj, uses):
+    """An object, and what its geometry nodes and its collection hold."""
+    found, queue = {obj: None}, [obj]
+    while queue:
+        thing = queue.pop()
+        if isinstance(thing, bpy.types.Collection):
+            inner = [held for held in thing.all_objects if is_rendered(held)]
+        elif isinstance(thing, bpy.types.NodeTree):
+            inner = uses.get(thing, [])
+        elif isinstance(thing, bpy.types.Object) and _makes_others(thing):
+            # others that it uses may be what it is parented or bound to
+            inner = [used for used in uses.get(thing, []) if not isinstance(used, bpy.types.Object)]
+        else:
+            inner = []
+        queue += [held for held in inner if held not in found]
+        found |= dict.fromkeys(inner)
+    return found
 
 
 # ------------------------------------------------------------------------------------------------ nodes

@@ -9,7 +9,7 @@ from .. import checks
 from ..cycles import meshes
 from ..cycles.material import asked_interfaces, glass_index, interface_material, interface_nodes, interface_of
 from ..cycles.surface import remove_material
-from ..cycles.visibility import SURFACES, materials_of
+from ..cycles.visibility import SURFACES, declared, materials_of
 from ..physics import Interface, Medium
 from . import curves, former, preferences, warnings
 from .material import draw_media, draw_readings, draw_summary
@@ -334,6 +334,15 @@ def _already(object_, nims):
     return text.format(name=object_.name, n=number(n))
 
 
+def _shown_of(object_):
+    """The material whose media are shown of an object (or None): its active slot's, else what its modifiers or instances wear."""
+    if object_ is None or (object_.type in SURFACES and active_node(object_.active_material)):
+        return object_ and object_.active_material
+    own = {slot.material for slot in object_.material_slots}
+    others = (material for material in declared([object_])[object_] if material not in own)
+    return next((material for material in others if active_node(material)), None)
+
+
 class NIM_PT_convert(Sidebar, bpy.types.Panel):
     """The active object's interface in short"""
 
@@ -346,14 +355,14 @@ class NIM_PT_convert(Sidebar, bpy.types.Panel):
         """Draw its media and what they do, and the two buttons."""
         layout = self.layout
         object_ = context.object
-        material = object_.active_material if object_ and object_.type in SURFACES else None
+        material = _shown_of(object_)
         if object_ and object_.type in SURFACES and len(object_.material_slots) > 1:
             layout.template_list(
                 "MATERIAL_UL_matslots", "", object_, "material_slots", object_, "active_material_index", rows=2
             )
-        if object_ is None or object_.type not in SURFACES:
+        if object_ is None or (object_.type not in SURFACES and material is None):
             layout.label(text="Select an object with a surface", icon="INFO")
-        elif material is None or active_node(material) is None:
+        elif material is None:
             text = pgettext_iface("{name} has no negative-index interface.").format(name=object_.name)
             draw_sentence(layout, context, text, icon="INFO")
         else:

@@ -10,6 +10,7 @@ import bpy
 import pytest
 
 from nim_addon import caustics, checks
+from nim_addon.checks.sight import look
 from nim_addon.cycles.material import interface_material
 from nim_addon.cycles.visibility import as_rendered
 from nim_addon.physics import Medium
@@ -338,3 +339,54 @@ def test_an_interface_that_only_a_later_view_layer_shows_is_said(scene):
     )
     later.use = False
     assert not checks.problems(scene)
+
+
+def worn_by_a_modifier():
+    """The slab's material is that of its slots no longer: geometry nodes set it."""
+    material = slab().active_material
+    slab().data.materials.clear()
+    tree = bpy.data.node_groups.new("Wear", "GeometryNodeTree")
+    for in_out in ("INPUT", "OUTPUT"):
+        tree.interface.new_socket("Geometry", in_out=in_out, socket_type="NodeSocketGeometry")
+    enter, wear, leave = map(tree.nodes.new, ("NodeGroupInput", "GeometryNodeSetMaterial", "NodeGroupOutput"))
+    wear.inputs["Material"].default_value = material
+    tree.links.new(enter.outputs[0], wear.inputs["Geometry"])
+    tree.links.new(wear.outputs[0], leave.inputs[0])
+    slab().modifiers.new("Wear", "NODES").node_group = tree
+
+
+def instanced_alone():
+    """The slab is in the scene as an instance only, which an empty makes."""
+    held = bpy.data.collections.new("Slab")
+    bpy.context.scene.collection.objects.unlink(slab())
+    held.objects.link(slab())
+    maker = bpy.data.objects.new("Maker", None)
+    maker.instance_type, maker.instance_collection = "COLLECTION", held
+    bpy.context.scene.collection.objects.link(maker)
+
+
+@pytest.mark.parametrize("way", [worn_by_a_modifier, instanced_alone])
+def test_what_no_slot_of_the_scene_has_is_looked_for_too(scene, way):
+    way()
+    (thing,) = {obj for obj in scene.objects if obj.name in ("Slab", "Maker")}
+    assert codes(scene) == []
+    overridden(scene)
+    assert codes(scene) == ["layer_material"]
+    scene.view_layers[0].material_override = None
+    scene.view_layers.new("Later")
+    alone = bpy.data.collections.new("Alone")
+    scene.collection.children.link(alone)
+    scene.collection.objects.unlink(thing)
+    alone.objects.link(thing)
+    scene.view_layers[0].layer_collection.children["Alone"].exclude = True
+    assert codes(scene) == ["other_layers"]
+
+
+@pytest.mark.parametrize("way", [worn_by_a_modifier, instanced_alone])
+def test_it_is_known_to_be_there_where_the_view_hides_it(scene, way):
+    way()
+    (thing,) = {obj for obj in scene.objects if obj.name in ("Slab", "Maker")}
+    thing.hide_viewport = True
+    scene.view_layers[0].update()
+    sight = look(scene, scene.view_layers[0].depsgraph)
+    assert [(material.name, wearers) for material, wearers in sight.worn.items()] == [(nim().name, [])]

@@ -55,19 +55,100 @@ def test_material_override_of_the_view_layer(scene, nim):
     assert seen(scene) == [("Box", ["NIM"], True)]
 
 
+def geometry(thing, make):
+    """Give an object a modifier of geometry nodes; make(tree, geometry) returns what comes out. Returns the modifier."""
+    tree = bpy.data.node_groups.new("Wear", "GeometryNodeTree")
+    for in_out in ("INPUT", "OUTPUT"):
+        tree.interface.new_socket("Geometry", in_out=in_out, socket_type="NodeSocketGeometry")
+    enter, leave = tree.nodes.new("NodeGroupInput"), tree.nodes.new("NodeGroupOutput")
+    tree.links.new(make(tree, enter.outputs[0]), leave.inputs[0])
+    modifier = thing.modifiers.new("Wear", "NODES")
+    modifier.node_group = tree
+    return modifier
+
+
+def set_material(material):
+    """For geometry(): all of it is of that material."""
+
+    def make(tree, came):
+        wear = tree.nodes.new("GeometryNodeSetMaterial")
+        wear.inputs["Material"].default_value = material
+        tree.links.new(came, wear.inputs["Geometry"])
+        return wear.outputs[0]
+
+    return make
+
+
+def instances_of(held):
+    """For geometry(): an instance of a collection at each point."""
+
+    def make(tree, came):
+        info, scatter = tree.nodes.new("GeometryNodeCollectionInfo"), tree.nodes.new("GeometryNodeInstanceOnPoints")
+        info.inputs["Collection"].default_value = held
+        tree.links.new(came, scatter.inputs["Points"])
+        tree.links.new(info.outputs[0], scatter.inputs["Instance"])
+        return scatter.outputs[0]
+
+    return make
+
+
 def test_set_material_of_geometry_nodes(scene, nim):
     thing = box(scene)
-    tree = bpy.data.node_groups.new("Wear", "GeometryNodeTree")
-    tree.interface.new_socket("Geometry", in_out="INPUT", socket_type="NodeSocketGeometry")
-    tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
-    enter, wear, leave = (
-        tree.nodes.new(kind) for kind in ("NodeGroupInput", "GeometryNodeSetMaterial", "NodeGroupOutput")
-    )
-    wear.inputs["Material"].default_value = nim
-    tree.links.new(enter.outputs[0], wear.inputs["Geometry"])
-    tree.links.new(wear.outputs[0], leave.inputs[0])
-    thing.modifiers.new("Wear", "NODES").node_group = tree
+    geometry(thing, set_material(nim))
     assert "NIM" in seen(scene)[0][1]
+
+
+def in_a_group(nim):
+    def make(tree, came):
+        inner = bpy.data.node_groups.new("Inner", "GeometryNodeTree")
+        for in_out in ("INPUT", "OUTPUT"):
+            inner.interface.new_socket("Geometry", in_out=in_out, socket_type="NodeSocketGeometry")
+        enter, leave = inner.nodes.new("NodeGroupInput"), inner.nodes.new("NodeGroupOutput")
+        inner.links.new(set_material(nim)(inner, enter.outputs[0]), leave.inputs[0])
+        held = tree.nodes.new("GeometryNodeGroup")
+        held.node_tree = inner
+        tree.links.new(came, held.inputs[0])
+        return held.outputs[0]
+
+    return make
+
+
+def given(thing, nim):
+    """A modifier that is given the material as an input of its own."""
+    modifier = geometry(thing, lambda tree, came: came)
+    socket = modifier.node_group.interface.new_socket("Material", in_out="INPUT", socket_type="NodeSocketMaterial")
+    if hasattr(modifier, "properties"):  # from 5.2
+        getattr(modifier.properties.inputs, socket.identifier).value = nim
+    else:
+        modifier[socket.identifier] = nim
+
+
+def held(scene, nim):
+    collection = bpy.data.collections.new("Held")
+    collection.objects.link(box(scene, nim))
+    return collection
+
+
+DECLARED = {
+    "slot": lambda thing, nim: thing.data.materials.append(nim),
+    "set": lambda thing, nim: geometry(thing, set_material(nim)),
+    "within a group": lambda thing, nim: geometry(thing, in_a_group(nim)),
+    "given to the modifier": given,
+    "instances of a collection": lambda thing, nim: geometry(thing, instances_of(held(bpy.context.scene, nim))),
+    "none": lambda thing, nim: thing.modifiers.new("Other", "SUBSURF"),
+    "that of its parent": lambda thing, nim: (
+        geometry(thing, lambda tree, came: came),
+        setattr(thing, "parent", box(bpy.context.scene, nim)),
+    ),
+}
+
+
+@pytest.mark.parametrize("way", DECLARED)
+def test_what_an_object_may_wear_is_known_before_it_is_evaluated(scene, nim, way):
+    thing = box(scene)
+    thing.hide_viewport = True
+    DECLARED[way](thing, nim)
+    assert visibility.declared([thing]) == {thing: [] if way in ("none", "that of its parent") else [nim]}
 
 
 def test_collection_instance(scene, nim):
@@ -78,8 +159,9 @@ def test_collection_instance(scene, nim):
     empty = bpy.data.objects.new("Empty", None)
     empty.instance_type, empty.instance_collection = "COLLECTION", held
     scene.collection.objects.link(empty)
-    assert seen(scene) == [("Box", ["NIM"], False)]
+    assert seen(scene) == [("Box", ["NIM"], False)] and visibility.declared([empty]) == {empty: [nim]}
     thing.hide_render = True
+    assert visibility.declared([empty]) == {empty: []}
     assert seen(scene) == []
     thing.hide_render, empty.hide_render = False, True
     assert seen(scene) == []

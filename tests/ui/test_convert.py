@@ -1,12 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A mesh made a NIM in one click, and given back exactly as it was."""
 
+from types import SimpleNamespace
+
 import bpy
 import pytest
 
 from nim_addon.cycles.material import interface_material, interface_nodes, interface_of
 from nim_addon.cycles.nodes import empty_tree
 from nim_addon.physics import Medium
+
+from .conftest import Layout
 
 
 def state(object_):
@@ -574,3 +578,35 @@ def test_files_of_earlier_versions_are_taken_back_by_place(four, press):
         entry.property_unset("mesh_material")
     press("nim.revert")
     assert worn_by(four) == before
+
+
+# ------------------------------------------------------------------------------------------------ what the panel shows
+
+
+def read_off(object_):
+    """The lines of the panel for an object."""
+    layout = Layout()
+    preferences = SimpleNamespace(system=SimpleNamespace(ui_scale=1.0, pixel_size=1.0))
+    context = SimpleNamespace(
+        object=object_, scene=bpy.context.scene, region=SimpleNamespace(width=9000), preferences=preferences
+    )
+    bpy.types.NIM_PT_convert.draw(SimpleNamespace(layout=layout), context)
+    return layout.text.splitlines()
+
+
+def test_the_panel_shows_what_modifiers_and_instances_wear(addon):
+    cube = bpy.data.objects["Cube"]
+    maker = bpy.data.objects.new("Maker", None)
+    assert read_off(maker) == ["Select an object with a surface"]
+    assert read_off(cube) == ["Cube has no negative-index interface."]
+    held = bpy.data.collections.new("Held")
+    held.objects.link(bpy.data.objects.new("Inner", cube.data.copy()))
+    maker.instance_type, maker.instance_collection = "COLLECTION", held
+    nim = interface_material("Mine", Medium(-1.5), backend="nodes")
+    held.objects[0].data.materials[0] = nim
+    tree = bpy.data.node_groups.new("Wear", "GeometryNodeTree")
+    tree.nodes.new("GeometryNodeSetMaterial").inputs["Material"].default_value = nim
+    cube.modifiers.new("Wear", "NODES").node_group = tree
+    assert read_off(maker)[0] == "Maker: Mine" and read_off(cube)[0] == "Cube: Mine"
+    wear(cube, interface_material("Own", Medium(-2.0), backend="nodes"))
+    assert read_off(cube)[0] == "Cube: Own"

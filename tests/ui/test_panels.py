@@ -3,13 +3,18 @@
 
 import ast
 from pathlib import Path
+from types import SimpleNamespace
 
 import blf
 import bpy
 
 from nim_addon import ui
 from nim_addon.cycles.closures import CLOSURES
+from nim_addon.cycles.material import interface_material
+from nim_addon.physics import Medium
 from nim_addon.ui import translations, warnings
+
+from .conftest import Layout
 
 FOLDED = "_folded"
 
@@ -147,3 +152,32 @@ def test_nothing_is_cut_off_at_the_sidebars_own_width(addon):
         if wide(shown) > room
     }
     assert not cut
+
+
+def read_off(object_):
+    """The lines of the panel for an object."""
+    layout = Layout()
+    preferences = SimpleNamespace(system=SimpleNamespace(ui_scale=1.0, pixel_size=1.0))
+    context = SimpleNamespace(
+        object=object_, scene=bpy.context.scene, region=SimpleNamespace(width=9000), preferences=preferences
+    )
+    bpy.types.NIM_PT_convert.draw(SimpleNamespace(layout=layout), context)
+    return layout.text.splitlines()
+
+
+def test_the_panel_shows_what_modifiers_and_instances_wear(addon):
+    cube = bpy.data.objects["Cube"]
+    maker = bpy.data.objects.new("Maker", None)
+    assert read_off(maker) == ["Select an object with a surface"]
+    assert read_off(cube) == ["Cube has no negative-index interface."]
+    held = bpy.data.collections.new("Held")
+    held.objects.link(bpy.data.objects.new("Inner", cube.data.copy()))
+    maker.instance_type, maker.instance_collection = "COLLECTION", held
+    nim = interface_material("Mine", Medium(-1.5), backend="nodes")
+    held.objects[0].data.materials[0] = nim
+    tree = bpy.data.node_groups.new("Wear", "GeometryNodeTree")
+    tree.nodes.new("GeometryNodeSetMaterial").inputs["Material"].default_value = nim
+    cube.modifiers.new("Wear", "NODES").node_group = tree
+    assert read_off(maker)[0] == "Maker: Mine" and read_off(cube)[0] == "Cube: Mine"
+    cube.data.materials[0] = interface_material("Own", Medium(-2.0), backend="nodes")
+    assert read_off(cube)[0] == "Cube: Own"

@@ -24,7 +24,7 @@ SOURCES = (
         0,
     ),
     ("CAMERA", "Camera", "From the scene's camera, against the light it sees", "OUTLINER_OB_CAMERA", 1),
-    ("LAMP", "Selected Lamps", "From every selected lamp; from the only lamp, where none is", "LIGHT", 2),
+    ("LAMP", "Lamps", "From every selected lamp; from the scene's only lamp, where none is selected", "LIGHT", 2),
     (
         "HANDLE",
         "Handle",

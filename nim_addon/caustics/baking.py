@@ -200,7 +200,7 @@ class Bake:
 
     def save(self, file: str | Path) -> None:
         """Keep the state, once a round is done, in a file, whole or not at all, for load()."""
-        state = {"done": self.done, "mark": self._mark(), **self.density.state()}
+        state = {"done": self.done, "mark": self._mark(), "names": self._names(), **self.density.state()}
 
         def write(part):
             with part.open("wb") as stream:
@@ -212,17 +212,29 @@ class Bake:
         """Go on from a file that save() made of the same bake; returns whether there was one. Another's is left alone."""
         try:
             with np.load(file) as state:
-                if str(state["mark"]) != self._mark():
+                former = list(map(str, state["names"])) if "names" in state else None  # earlier versions kept none
+                if str(state["mark"]) != self._mark(named=former is None):
                     return False
-                self.density = Density(self.tracer.parts, self.tracer.charts, **Density.from_state(state))
+                of = Density.from_state(state)
+                if former:  # what is appended to another file may have other names there
+                    now = dict(zip(former, self._names(), strict=True))
+                    of["textures"] = {now[name]: texture for name, texture in of["textures"].items()}
+                self.density = Density(self.tracer.parts, self.tracer.charts, **of)
                 self.done = int(state["done"])
         except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile):
             return False
         return True
 
-    def _mark(self):
-        # sums are kept by the numbers of charts and the names of objects
-        charts = [(chart.name, chart.axis) for chart in self.tracer.charts]
+    def _names(self):
+        return [chart.name for chart in self.tracer.charts]
+
+    def _mark(self, *, named=False):
+        """A mark of this bake; named: as earlier versions made it, with the names of objects in it."""
+        # sums are kept by the numbers of charts, which must be in the same order
+        charts = [
+            (chart.name, chart.axis) if named else (chart.axis, *(f"{x:.3g}" for x in (*chart.low, *chart.high)))
+            for chart in self.tracer.charts
+        ]
         of = [digest(self.scene), self.seed, self.photons, self.total, self.texels, charts]
         return hashlib.sha256(json.dumps([*of, repr([light for light, _ in self.sources])]).encode()).hexdigest()
 

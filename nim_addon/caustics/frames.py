@@ -75,6 +75,25 @@ def forget_frames(scene: bpy.types.Scene) -> None:
         del scene[KEPT]
 
 
+def beside(scene: bpy.types.Scene, folder: Path) -> None:
+    """Let what a scene of another file remembers, which lies in that folder, be found from this file."""
+    if frames := frames_of(scene):
+        frames._replace(folder=bpy.path.abspath(frames.folder, start=str(folder))).keep(scene)
+
+
+@contextlib.contextmanager
+def found_from_anywhere() -> Iterator[None]:
+    """Within, the folders that the scenes of this file remember are whole paths, as a copy of it elsewhere must have them."""
+    former = {scene: frames for scene in bpy.data.scenes if not scene.library and (frames := frames_of(scene))}
+    for scene in former:
+        beside(scene, Path(bpy.path.abspath("//")))
+    try:
+        yield
+    finally:
+        for scene, frames in former.items():
+            frames.keep(scene)
+
+
 def wanted(scene: bpy.types.Scene) -> tuple[int, int | None] | None:
     """The photons, and the edge of the largest texture, that a person had a scene traced with, where that is out of date.
 

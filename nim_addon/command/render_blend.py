@@ -81,9 +81,14 @@ class Said:
             raise Failure(f"{_at(decided)}{wrong[0].rstrip('.')}{more}; mend it, or leave --strict out.")
         if decided.caustics != self.caustics:
             wrong.append(
-                "the caustics in the file are of another state of its scene; they are traced anew, or left out with "
+                f"in {session.kept.folder} there are no caustics of its scene as it is now; they are traced anew, or left out "
+                "with --caustics path. Bake Frames, in the panel, keeps them."
+                if session.kept
+                else "the caustics in the file are of another state of its scene; they are traced anew, or left out with "
                 "--caustics path."
             )
+        elif session.kept and decided.caustics is None:
+            wrong.append(f"its caustics are those that are kept in {session.kept.folder}.")
         for sentence in wrong:
             if sentence not in self.known and not self.quiet:
                 note(f"{_at(decided)}{sentence}")

@@ -112,7 +112,7 @@ class Output:
             yield None
 
     def _which(self) -> dict:
-        return {"frame": self.frame, "frames": self.images} if self.frame else {}
+        return {"frame": self.frame, "frames": self.images} if self.frame is not None else {}
 
     def _reporter(self, samples: int) -> Progress:
         finished, started = len(self.files) // 2, time.monotonic()

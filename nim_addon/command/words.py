@@ -179,10 +179,12 @@ def frames(text: str) -> tuple[int, int]:
     """First and last frame of a text such as 1-48, or 12."""
     words = text.split("-")
     if len(words) > 2 or not all(word.isdecimal() for word in words):
-        raise UsageError(f"--frames {text!r} is not a range; write it like 1-48, or 12 for one frame.")
+        raise UsageError(
+            f"--frames {text!r} is not a range of frames from 0 on; write it like 1-48, or 12 for one frame."
+        )
     first, last = int(words[0]), int(words[-1])
-    if not (1 <= first <= LAST_FRAME and 1 <= last <= LAST_FRAME):
-        raise UsageError(f"--frames {text} is out of range; frames lie between 1 and {LAST_FRAME}.")
+    if max(first, last) > LAST_FRAME:
+        raise UsageError(f"--frames {text} is out of range; frames lie between 0 and {LAST_FRAME}.")
     if first > last:
         raise UsageError(f"--frames {text} runs backwards; write it like {last}-{first}.")
     return first, last

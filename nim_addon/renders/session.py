@@ -67,6 +67,7 @@ class Session(Generic[Kind]):
         self._asked, self._persistent, self._threads = request, persistent, threads
         self._decided: Kind | None = None
         self._own: Own | None = None
+        self._kept: frames.Frames | None = None
         self._temporary = TemporaryScene(self._set_up)
 
     def __enter__(self) -> Session:
@@ -89,8 +90,11 @@ class Session(Generic[Kind]):
                     "this Blender was built without OpenImageDenoise; leave --denoise out and take more samples."
                 )
             if request.blend:
+                scene = self._temporary.scene
                 if any(getattr(request, key) is None for key in (*OPEN_IN_A_BLEND, "caustics")):
-                    request = _baked_anew(self._temporary.scene, _as_in(self._temporary.scene, request))
+                    request = _baked_anew(scene, _as_in(scene, request))
+                self._kept = frames.frames_of(scene)
+                frames.forget_frames(scene)  # whose handlers would take out what is traced
             else:
                 request = dataclasses.replace(request, backend=resolve(request.backend))
                 if request.caustics is None:
@@ -112,6 +116,11 @@ class Session(Generic[Kind]):
         """What the scene has in its .blend, None where it is one of ours; raises as `request` does."""
         return self._own if self.scene else None
 
+    @property
+    def kept(self) -> frames.Frames | None:
+        """Where a .blend has the caustics of its frames, which are rendered where they are of its scene; raises as `request`."""
+        return self._kept if self.request else None
+
     def _set_up(self):
         """The scene, made as it is asked for, but for its noise and its caustics."""
         request = self._asked
@@ -119,6 +128,7 @@ class Session(Generic[Kind]):
             scene = request.blend.append()
             self._own = Own(checks.engine_name(scene), scene.cycles.use_denoising)
             scene.render.engine = "CYCLES"  # which alone bends a ray backwards
+            frames.beside(scene, Path(request.blend.file).parent)
             if request.frame is not None:
                 with frames.as_they_are():
                     scene.frame_set(request.frame)
@@ -233,7 +243,13 @@ def _as_in(scene, request):
 
 
 def _baked_anew(scene, request):
-    """The request with caustics that are traced where the .blend has some that are of another state of its scene."""
+    """The request with caustics that are traced where the .blend has some that are of another state of its scene.
+
+    Those that are kept of the frame are put in where they are of the scene, unless others are asked for.
+    """
+    others = (request.caustics, request.photons, request.texels, request.wavelength)
+    if not request.spectral and others == (None,) * len(others):
+        frames.follow(scene)
     asked = None if request.caustics else caustics.wanted(scene)
     if asked is None:
         return request

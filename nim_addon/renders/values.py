@@ -8,13 +8,21 @@ import numbers
 import re
 from collections.abc import Callable
 
-from ..base.options import BACKENDS, CAUSTICS, LARGEST_SIDE, MOST_PASSES, MOST_PHOTONS, MOST_SAMPLES, MOST_SEED
+from ..base.options import (
+    BACKENDS,
+    CAUSTICS,
+    LARGEST_SIDE,
+    LAST_FRAME,
+    MOST_PASSES,
+    MOST_PHOTONS,
+    MOST_SAMPLES,
+    MOST_SEED,
+)
 from ..physics import VISIBLE_NM
 from ..physics.spectra import wavelengths
 from ..scenes.stage import Pose
 
 FITS = ("AUTO", "HORIZONTAL", "VERTICAL")  # as bpy.types.Camera.sensor_fit has them
-LAST_BLENDER_FRAME = 1048574
 
 
 def _whole(low: int, high: int) -> Callable:
@@ -131,7 +139,7 @@ CHECKS: dict[str, Callable] = {
     "caustics": _choice(CAUSTICS),
     "photons": _whole(1, MOST_PHOTONS),
     "texels": _whole(1, LARGEST_SIDE),
-    "frame": _whole(0, LAST_BLENDER_FRAME),
+    "frame": _whole(0, LAST_FRAME),
     "keep_noise": _switch,
     "spectral": _switch,
     "spectral_passes": _passes,

@@ -12,9 +12,9 @@ import bpy
 from bpy.app.translations import pgettext_iface, pgettext_rpt
 
 from .. import checks
-from ..base.options import LAST_FRAME
 from ..base.streams import quiet
 from ..base.text import fit
+from ..caustics import frames
 from . import escape, jobs
 from .panels import Sidebar, draw_sentence
 
@@ -62,7 +62,7 @@ def free_name(folder: Path, name: str) -> str:
 def _is_taken(folder, name):
     if any((folder / f"{name}.{suffix}").exists() for suffix in ("exr", "png", "blend")):
         return True
-    frame = re.compile(re.escape(name) + r"_\d{4}\.(exr|png)")
+    frame = re.compile(re.escape(name) + r"_\d{4,}\.(exr|png)")
     return folder.is_dir() and any(frame.fullmatch(file.name) for file in folder.iterdir())
 
 
@@ -70,7 +70,7 @@ def save_copy(file: Path) -> None:
     """Save the open file, with all that is not saved yet, as `file`; it stays what it is. OSError where that cannot be."""
     file.parent.mkdir(parents=True, exist_ok=True)
     try:
-        with quiet():
+        with frames.found_from_anywhere(), quiet():
             bpy.ops.wm.save_as_mainfile(filepath=str(file), copy=True, compress=True, relative_remap=True)
     except RuntimeError as error:
         raise OSError(" ".join(str(error).split())) from None
@@ -78,13 +78,10 @@ def save_copy(file: Path) -> None:
 
 def work_of(scene: bpy.types.Scene, animation: bool) -> tuple[jobs.Work, Path]:
     """What renders the scene at its frame, or over its range, and the folder it goes to; ValueError, one sentence."""
-    frames = []
+    moments = []
     if animation:
         first, last = scene.frame_start, scene.frame_end
-        if not 1 <= first <= last <= LAST_FRAME:
-            text = pgettext_rpt("The frames {} to {} cannot be rendered here; let them lie between 1 and {}.")
-            raise ValueError(text.format(first, last, LAST_FRAME))
-        frames = ["--frames", f"{first}-{last}", "--step", str(scene.frame_step)]
+        moments = ["--frames", f"{first}-{last}", "--step", str(scene.frame_step)]
     folder, name = place_of(scene)
     name = free_name(folder, name)
     keep = scene.nim_render.keep
@@ -92,7 +89,7 @@ def work_of(scene: bpy.types.Scene, animation: bool) -> tuple[jobs.Work, Path]:
     copy = copies / f"{name}.blend"
     save_copy(copy)
     chosen = f"--scene={scene.name}"  # in one word, as a name may begin like an option
-    words = ["render", str(copy), chosen, "--out", str(folder), "--name", name, *frames, "--progress"]
+    words = ["render", str(copy), chosen, "--out", str(folder), "--name", name, *moments, "--progress"]
     return jobs.Work(name, words=tuple(words), own=True, passing=None if keep else copies), folder
 
 

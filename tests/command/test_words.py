@@ -84,8 +84,8 @@ REFUSED = [
     ("render pool --frames x", "'x' is not a range"),
     ("render pool --frames 1-2-3", "is not a range"),
     ("render pool --frames 1-", "is not a range"),
-    ("render pool --frames 0-3", "between 1 and 9999"),
-    ("render pool --frames 1-10000", "between 1 and 9999"),
+    ("render pool --frames 1-1048575", "between 0 and 1048574"),
+    ("render pool --frames=-1-3", "frames from 0 on"),
     ("render sphere --frames 1-2", "nothing moves in the sphere"),
     ("render glass --frames 1", "nothing moves in the glass"),
     ("render pool --frames 1-2 --fps 0", "between 0.01 and 1000"),
@@ -234,3 +234,7 @@ def test_size_may_be_a_part_of_the_scenes_own():
 def test_the_scenes_that_are_offered_are_those_that_there_are():
     assert tuple(SCENES) == SCENE_NAMES
     assert f"{', '.join(SCENE_NAMES[:-1])} or {SCENE_NAMES[-1]}" == words.A_SCENE
+
+
+def test_frames_are_from_0_on_as_in_blender():
+    assert (words.frames("0-3"), words.frames("0")) == ((0, 3), (0, 0))

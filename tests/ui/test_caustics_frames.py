@@ -12,13 +12,15 @@ import OpenImageIO as oiio
 import pytest
 
 from nim_addon import caustics as engine
+from nim_addon import command
 from nim_addon.base.streams import quiet
 from nim_addon.caustics import baking, frames
+from nim_addon.cycles.images import read_metadata
 from nim_addon.cycles.material import interface_material
 from nim_addon.cycles.nodes import Nodes, empty_tree
 from nim_addon.physics import Medium
 from nim_addon.renders.request import Request, Session
-from nim_addon.ui import caustics_bake, caustics_frames, caustics_looks
+from nim_addon.ui import caustics_bake, caustics_frames, caustics_looks, render_scene
 
 
 @pytest.fixture
@@ -119,11 +121,41 @@ def test_an_animation_is_rendered_with_them(scene, tmp_path):
         bpy.ops.render.render(write_still=True)
     assert np.abs(blocks(tmp_path / "alone.exr") - last).max() < 1e-3
 
-    # the command traces those of a frame that the file was not saved at
-    other = shutil.copy(tmp_path / "mine.blend", tmp_path / "other.blend")  # Blender takes nothing out of the open one
-    for frame, traced in ((3, ("traced", 20_000)), (None, (None, None))):
-        with Session(Request.of_blend(other, frame=frame)) as session:
-            assert (session.request.caustics, session.request.photons) == traced
+
+def test_the_command_renders_those_that_are_kept_and_traces_the_others(scene, tmp_path, capsys):
+    """From a copy of the file, as Blender takes nothing out of the open one, in which objects get other names."""
+    scene.frame_start = 0
+    bpy.ops.nim.bake_caustics_frames()
+    (tmp_path / "elsewhere").mkdir()
+    with quiet():
+        bpy.ops.wm.save_mainfile()
+    copy = tmp_path / "elsewhere" / "mine.blend"
+    render_scene.save_copy(copy)
+    assert frames.frames_of(scene).folder == "//mine_caustics/Scene"
+    mark = [kept_in(tmp_path)[3].stat().st_mtime_ns, bpy.data.filepath]
+
+    def rendered(*words, at=copy):
+        command.main(["render", str(at), "--frames", "3", "--out", str(tmp_path), "--name", "mine", *words])
+        made = read_metadata(tmp_path / "mine_0003.exr")
+        return blocks(tmp_path / "mine_0003.exr"), made.get("caustics"), made.get("photons"), capsys.readouterr().err
+
+    kept, *of_it, said = rendered()
+    assert of_it == [None, None] and f"frame 3: its caustics are those that are kept in {tmp_path}" in said
+    dark, *_ = rendered("--caustics", "path")
+    bright = np.abs(kept - dark).max()
+    assert bright > 0.05
+    assert mark == [kept_in(tmp_path)[3].stat().st_mtime_ns, bpy.data.filepath]
+
+    # nothing is kept beside a copy that a person made, and what is traced there stays until it is rendered
+    traced, *of_it, said = rendered(at=shutil.copy(tmp_path / "mine.blend", tmp_path / "elsewhere" / "other.blend"))
+    assert of_it == ["traced", 20_000] and "frame 3: in " in said and "they are traced anew" in said
+    assert np.abs(traced - kept).max() < 0.3 * bright
+    # nor is what is kept of the scene as it was
+    with Session(Request.of_blend(copy, frame=3, inputs=(("NIM:Index Inside", -1.3),))) as session:
+        assert session.request.caustics == "traced"
+    for frame in (0, 1):
+        with Session(Request.of_blend(copy, frame=frame)) as session:
+            assert session.request.caustics is None
 
 
 def test_stopped_it_goes_on_from_there(scene, tmp_path):

@@ -16,7 +16,7 @@ from .. import caustics
 from ..base.text import duration
 from ..caustics import MILLION, frames
 from ..caustics.digest import digest
-from . import caustics_looks, escape
+from . import caustics_looks, escape, viewport
 
 ROUND = 1 << 18  # photons of a round, at most: a window does not answer meanwhile
 LEAST_ROUNDS = 2  # of which caustics can be made: either half of them smooths the other
@@ -66,7 +66,7 @@ class Run:
     def text(self) -> str:
         """How far it is, in words."""
         if not self.more:
-            return pgettext_iface("Laying it down...")
+            return pgettext_iface("Putting it onto the surfaces...")
         if self.bake.done < LEAST_ROUNDS:
             return pgettext_iface("Starting")
         left = (time.monotonic() - self.started) * (1 - self.part) / self.part
@@ -89,7 +89,6 @@ class Run:
         collection[caustics.REPORT] = {
             "photons": self.photons,
             "seconds": time.monotonic() - self.started,
-            "surfaces": len(textures),
             "megabytes": sum(texture.size for texture in textures) * 16 / 1e6,
             # what was asked for; nothing where it was stopped before
             "settings": [str(value) for value in self.settings] if self.bake.done == self.bake.total else [],
@@ -97,8 +96,15 @@ class Run:
 
     def told(self) -> str:
         """What is said once it is kept."""
-        text = pgettext_rpt("Caustics baked: {millions} million photons in {time}")
-        return text.format(millions=millions(self.photons), time=duration(time.monotonic() - self.started))
+        text = pgettext_rpt("Caustics baked onto {names}: {millions} million photons in {time}").format(
+            names=caustics_looks.surfaces_of(self.scene),
+            millions=millions(self.photons),
+            time=duration(time.monotonic() - self.started),
+        )
+        screen = bpy.context.screen
+        if bpy.app.background or screen is None or viewport.is_rendered(screen, self.scene):
+            return text
+        return f"{text}. {pgettext_rpt('Show It Rendered, in the Caustics panel, shows them')}"
 
     def close(self) -> None:
         """Take away what was made for tracing."""

@@ -10,9 +10,12 @@ from bpy.app.translations import pgettext_iface
 from .. import caustics
 from ..caustics import frames, lights
 from ..caustics.digest import forget_changed
+from ..cycles.visibility import CAUSTICS_HIDDEN
 from .looks import Looks
 
 SETTLED = 0.3  # seconds without a redraw before a change is looked at: not while an object is dragged
+
+NAMED = 3  # surfaces in a sentence
 
 MESHES = {}  # the marks of meshes, as caustics.digest keeps them
 
@@ -24,11 +27,18 @@ class Known:
         self.lights = _names_of_lights(scene)
         collection = caustics.baked(scene)
         self.baked = collection is not None
+        self.surfaces = surfaces_of(scene)
         report = collection.get(caustics.REPORT) if self.baked else None
         self.report = report.to_dict() if report else None  # a script's own bake says nothing of itself
         self.left = caustics.left(scene) or frames.frames_of(scene) is not None
         self.kept = frames.kept(scene, range(scene.frame_start, scene.frame_end + 1, scene.frame_step))
         self.stale = self.baked and caustics.out_of_date(scene, MESHES)
+
+
+def surfaces_of(scene: bpy.types.Scene) -> str:
+    """Names of what the caustics of a scene lie on: "Floor, Wall, Table..."; empty where there are none."""
+    names = [obj.name for obj in scene.objects if obj.get(CAUSTICS_HIDDEN)]
+    return ", ".join(names[:NAMED]) + ("..." if len(names) > NAMED else "")
 
 
 def _names_of_lights(scene):

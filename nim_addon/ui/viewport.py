@@ -37,6 +37,12 @@ def shows_shapes(space: bpy.types.Space | None, scene: bpy.types.Scene) -> bool:
     return bool(known and known.backends)
 
 
+def is_rendered(screen: bpy.types.Screen, scene: bpy.types.Scene) -> bool:
+    """Whether a 3D view of that screen shows `scene` as Cycles renders it."""
+    views = (area.spaces.active for area in screen.areas if area.type == "VIEW_3D")
+    return scene.render.engine == "CYCLES" and any(view.shading.type == "RENDERED" for view in views)
+
+
 def draw_note(layout: bpy.types.UILayout, context: bpy.types.Context) -> bool:
     """Draw the sentence and the button into a panel of a 3D view that shows interfaces wrongly; True if it does."""
     engine = wrong_engine(context.space_data, context.scene)

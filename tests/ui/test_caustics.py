@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from nim_addon import caustics as engine
-from nim_addon.caustics import baking
+from nim_addon.base.streams import quiet
+from nim_addon.caustics import baking, frames
 from nim_addon.cycles.material import interface_material
 from nim_addon.cycles.nodes import Nodes, empty_tree
 from nim_addon.physics import Medium
@@ -65,33 +66,37 @@ def known(scene):
     return caustics_looks.LOOKS.known(scene)
 
 
-def drawn(scene):
-    """The texts of the panel."""
+def drawn(scene, shading="SOLID"):
+    """The texts of the panel, and the buttons without one, beside a 3D view of that shading."""
     texts = []
 
     def draw(name, *given, **how):
-        if how.get("text"):
-            texts.append(how["text"])
+        text = how.get("text") or (given[0] if name == "operator" and "text" not in how else "")
+        if text:
+            texts.append(text)
         return layout
 
     layout = types.SimpleNamespace()
     for name in ("row", "column", "operator", "label", "progress", "prop"):
         setattr(layout, name, lambda *given, name=name, **how: draw(name, *given, **how))
     view = types.SimpleNamespace(system=types.SimpleNamespace(ui_scale=1))
-    context = types.SimpleNamespace(scene=scene, region=types.SimpleNamespace(width=600), preferences=view)
+    space = types.SimpleNamespace(active=types.SimpleNamespace(shading=types.SimpleNamespace(type=shading)))
+    screen = types.SimpleNamespace(areas=[types.SimpleNamespace(type="VIEW_3D", spaces=space)])
+    region = types.SimpleNamespace(width=600)
+    context = types.SimpleNamespace(scene=scene, region=region, preferences=view, screen=screen)
     caustics.NIM_PT_caustics.draw(types.SimpleNamespace(layout=layout), context)
     return " | ".join(texts)
 
 
 def test_the_button_bakes_and_clear_gives_the_scene_back(scene, press, capfd):
     before = names()
-    assert "Bake Caustics | No caustics yet | Sun: Light" in drawn(scene)
+    assert "Bake Caustics | nim.view_rendered | No caustics yet | Sun: Light" in drawn(scene)
     with pytest.raises(RuntimeError, match="This scene has no baked caustics"):
         press("nim.clear_caustics")
     assert press("nim.bake_caustics") == {"FINISHED"}
     report = engine.baked(scene)[engine.REPORT].to_dict()
     assert report["photons"] == pytest.approx(20_000, rel=0.01)
-    assert report["surfaces"] == 1 and report["seconds"] > 0
+    assert report["seconds"] > 0
     image = next(image for image in bpy.data.images if image.name.startswith(engine.COLLECTION))
     assert report["megabytes"] == pytest.approx(image.size[0] * image.size[1] * 16 / 1e6)
     assert scene.objects["Floor"].hide_render
@@ -99,12 +104,40 @@ def test_the_button_bakes_and_clear_gives_the_scene_back(scene, press, capfd):
         name for name in names()["scenes"] | names()["materials"] if name.startswith("NIM p")
     }  # no photons left
     text = drawn(scene)
-    assert "Bake Again | Up to date" in text and "0.02 million photons" not in text and "1 million photons in" in text
-    assert "Surfaces: 1, " in text
+    assert "Bake Again | nim.view_rendered | Up to date | Light lands on Floor | 1 million photons in " in text
+    assert text.split(" | ")[4].endswith(" MB")
     assert press("nim.clear_caustics") == {"FINISHED"}
     assert names() == before
     assert not scene.objects["Floor"].hide_render
     assert "No caustics yet" in drawn(scene)
+
+
+def test_the_button_that_shows_them_stands_there_until_a_view_does(scene):
+    """Cycles is what shows them: Rendered by EEVEE is not enough."""
+    assert scene.render.engine != "CYCLES"
+    for shading in ("SOLID", "MATERIAL", "RENDERED"):
+        assert "nim.view_rendered" in drawn(scene, shading)
+    scene.render.engine = "CYCLES"
+    assert "nim.view_rendered" in drawn(scene, "MATERIAL") and "nim.view_rendered" not in drawn(scene, "RENDERED")
+
+
+def test_a_new_scene_is_traced_quickly_and_what_was_baked_goes_on_as_it_was(scene, press, tmp_path):
+    """Earlier versions traced 16 million where nobody said how many."""
+    assert bpy.data.scenes.new("New").nim_caustics.photons == 4
+    press("nim.bake_caustics")
+    report = engine.baked(scene)[engine.REPORT]
+    report["settings"] = ["16", "512", "0"]
+    frames_of = bpy.data.scenes.new("Frames")
+    frames.Frames("//x", 16 * engine.MILLION, 512).keep(frames_of)
+    for name in ("Scene", "Frames"):
+        bpy.data.scenes[name].nim_caustics.property_unset("photons")
+    bpy.data.scenes.new("Chosen").nim_caustics.photons = 2
+    frames.Frames("//x", 16 * engine.MILLION, 512).keep(bpy.data.scenes["Chosen"])
+    with quiet():
+        bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "former.blend"))
+        bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "former.blend"))
+    photons = {scene.name: scene.nim_caustics.photons for scene in bpy.data.scenes}
+    assert photons == {"Scene": 16, "Frames": 16, "Chosen": 2, "New": 4}
 
 
 def test_it_is_out_of_date_by_what_counts_and_by_nothing_else(scene, press):
@@ -242,7 +275,7 @@ def test_stopped_early_nothing_is_changed_and_after_two_rounds_the_rest_is_kept(
         press.tick(scene)
     assert press.run.part == 0.5 and "left" in press.run.text()
     assert press.stop() == {"FINISHED"}
-    assert "0.5 million photons" in reports[-1][1]
+    assert "onto Floor: 0.5 million photons" in reports[-1][1]
     assert "Up to date" in drawn(scene)
     assert caustics_bake.NIM_OT_bake_caustics.poll(bpy.context)  # there are more to trace
 

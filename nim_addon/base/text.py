@@ -17,6 +17,12 @@ def fit(name: str) -> str:
     return "".join(letter for letter in name if letter.isprintable() and letter not in NOT_IN_A_NAME)
 
 
+def listed(names: Iterable[str], most: int = 3) -> str:
+    """Names in a sentence: "Floor, Wall, Table...", where there are more than are named."""
+    names = list(names)
+    return ", ".join(names[:most]) + ("..." if len(names) > most else "")
+
+
 def in_any_case(word: str, known: Iterable[str]) -> str:
     """The one of the `known` names that a person's `word` is, whatever its case; else the word."""
     return next((name for name in known if name.lower() == word.lower()), word)

@@ -21,6 +21,7 @@ import numpy as np
 
 from ..base.files import whole
 from ..base.signals import interruptible
+from ..base.text import listed
 from ..cycles.material import asked_interfaces
 from ..cycles.visibility import CAUSTICS_MARK, as_rendered, shown
 from . import lights, placing
@@ -88,7 +89,13 @@ class Bake:
         self.sources = _sources(scene) if light is None else [Source(given, None) for given in light]
         self._of_sky = light is None and lights.sun_of(scene) is not None
         if not self.sources:
-            raise ValueError("the scene has no light to trace; add a lamp: a sun, a point, a spot or an area.")
+            dark = listed(obj.name for obj in scene.objects if obj.type == "LIGHT" and not obj.get(CAUSTICS_MARK))
+            raise ValueError(
+                f"the scene has no light to trace (hidden from renders, or without power: {dark}); let one shine in renders, "
+                "or add a lamp: a sun, a point, a spot or an area."
+                if dark
+                else "the scene has no light to trace; add a lamp: a sun, a point, a spot or an area."
+            )
         each = max(64, math.ceil(photons / len(self.sources)))
         many = any(isinstance(light, lights.Area) or getattr(light, "gaussian", False) for light, _ in self.sources)
         self.total = max(MANY_ROUNDS if many else 2, math.ceil(photons / most))

@@ -16,6 +16,7 @@ import mathutils
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.text import listed
 from ..cycles import drift, meshes, settings, spectral
 from ..cycles.animation import curves_of
 from ..cycles.casting import Faces
@@ -25,7 +26,7 @@ from ..cycles.dispersive import is_medium_node
 from ..cycles.nodes import Nodes, empty_tree
 from ..cycles.object_values import give, values_of
 from ..cycles.render import pixels_of
-from ..cycles.visibility import PATHS_MARK, as_rendered, rendered, shown
+from ..cycles.visibility import CAUSTICS_MARK, PATHS_MARK, as_rendered, rendered, shown
 from ..physics import REPRESENTATIVE_NM
 from ..physics.colour import Wavelengths
 from . import atlas, lights
@@ -132,6 +133,13 @@ class Tracer:
                 "the scene has no interface or mirror; give a mesh the material of a NIM (Make Negative-Index)."
             )
         if not self.charts:
+            seen = set(rendered(self.source))
+            meshes = [obj for obj in self.source.objects if obj.type == "MESH" and not obj.get(CAUSTICS_MARK)]
+            if hidden := listed(obj.name for obj in meshes if obj not in seen):
+                raise ValueError(
+                    f"the scene has no diffuse surface for light to land on (hidden from renders: {hidden}); show one in "
+                    "renders, by the camera in the Outliner, or add a ground or a floor."
+                )
             raise ValueError(
                 "the scene has no diffuse surface of its own for light to land on (none that is instanced, linked or "
                 "overridden, in another scene too, or shown and hidden by keyframes); add a ground or a floor."

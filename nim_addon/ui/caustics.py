@@ -107,7 +107,11 @@ def _draw_known(layout, context, known):
         )
         column.label(text=text, icon="BLANK1", translate=False)
     none = pgettext_iface("No lamp shines here: add a sun, a point, a spot or an area")
-    draw_sentence(layout, context, known.lights or none, "LIGHT" if known.lights else "ERROR")
+    if known.lamps:
+        none = pgettext_iface(
+            "No lamp shines here (hidden from renders, or without power: {names}). Let one shine, or add one"
+        )
+    draw_sentence(layout, context, known.lights or none.format(names=known.lamps), "LIGHT" if known.lights else "ERROR")
 
 
 @persistent

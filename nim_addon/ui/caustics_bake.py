@@ -296,7 +296,7 @@ class NIM_OT_bake_caustics(Baking, bpy.types.Operator):
     def poll(cls, context):
         problem = busy(context) or rendering()
         if not problem and caustics_looks.up_to_date(context.scene):
-            problem = "The caustics are up to date"
+            problem = "The caustics are up to date. For finer ones raise Million Photons"
         if problem:
             cls.poll_message_set(problem)
         return problem is None

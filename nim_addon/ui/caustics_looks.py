@@ -8,14 +8,13 @@ from bpy.app.handlers import persistent
 from bpy.app.translations import pgettext_iface
 
 from .. import caustics
+from ..base.text import listed
 from ..caustics import frames, lights
 from ..caustics.digest import forget_changed
-from ..cycles.visibility import CAUSTICS_HIDDEN
+from ..cycles.visibility import CAUSTICS_HIDDEN, CAUSTICS_MARK
 from .looks import Looks
 
 SETTLED = 0.3  # seconds without a redraw before a change is looked at: not while an object is dragged
-
-NAMED = 3  # surfaces in a sentence
 
 MESHES = {}  # the marks of meshes, as caustics.digest keeps them
 
@@ -25,6 +24,7 @@ class Known:
 
     def __init__(self, scene: bpy.types.Scene):
         self.lights = _names_of_lights(scene)
+        self.lamps = listed(obj.name for obj in scene.objects if obj.type == "LIGHT" and not obj.get(CAUSTICS_MARK))
         collection = caustics.baked(scene)
         self.baked = collection is not None
         self.surfaces = surfaces_of(scene)
@@ -37,8 +37,7 @@ class Known:
 
 def surfaces_of(scene: bpy.types.Scene) -> str:
     """Names of what the caustics of a scene lie on: "Floor, Wall, Table..."; empty where there are none."""
-    names = [obj.name for obj in scene.objects if obj.get(CAUSTICS_HIDDEN)]
-    return ", ".join(names[:NAMED]) + ("..." if len(names) > NAMED else "")
+    return listed(obj.name for obj in scene.objects if obj.get(CAUSTICS_HIDDEN))
 
 
 def _names_of_lights(scene):

@@ -326,16 +326,26 @@ def test_what_cannot_be_baked_is_said_in_one_sentence(scene, press):
         assert names() == before and caustics_bake.under_way() is None
 
     light.hide_render = True
-    assert "No lamp shines here" in drawn(scene)
-    refused("no light to trace")
-    light.hide_render, light.data.type, light.location = False, "POINT", ball.location
+    assert "No lamp shines here (hidden from renders, or without power: Light)" in drawn(scene)
+    refused(r"no light to trace \(hidden from renders, or without power: Light\); let one shine")
+    hall = bpy.data.collections.new("Hall")
+    scene.collection.children.link(hall)
+    hall.objects.link(light)
+    bpy.context.collection.objects.unlink(light)
+    light.hide_render, hall.hide_render = False, True
+    before["collections"].add("Hall")
+    refused("without power: Light")
+    hall.hide_render, light.data.type, light.location = False, "POINT", ball.location
     refused("stands within a medium")
     light.data.type, ball.hide_render = "SUN", True
     refused("no interface or mirror")
     ball.hide_render, floor.scale = False, (0, 0, 0)
     refused("no area for light to land on")
     floor.hide_render = True
-    refused("no diffuse surface")
+    refused(r"no diffuse surface for light to land on \(hidden from renders: Floor\); show one")
+    bpy.data.objects.remove(floor)
+    before["objects"].remove("Floor")
+    refused("no diffuse surface of its own .*add a ground or a floor")
 
 
 def test_a_cube_made_a_nim_bakes(addon, monkeypatch):

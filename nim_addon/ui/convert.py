@@ -12,7 +12,7 @@ from ..cycles.surface import remove_material
 from ..cycles.visibility import SURFACES, declared, materials_of
 from ..physics import Interface, Medium
 from . import curves, former, preferences, warnings
-from .material import draw_media, draw_readings, draw_summary
+from .material import draw_make, draw_media, draw_readings, draw_summary
 from .material_values import active_node
 from .media import (
     SIDES,
@@ -184,6 +184,7 @@ class NIM_OT_convert(bpy.types.Operator):
             ("ALL", "All", "Those in all slots of the object", "NONE", 0),
             ("ACTIVE", "Active", "The one in the slot that is chosen in its list of materials", "NONE", 1),
         ),
+        options={"SKIP_SAVE"},
     )
     close: bpy.props.BoolProperty(
         name="Close Curves",
@@ -343,6 +344,19 @@ def _shown_of(object_):
     return next((material for material in others if active_node(material)), None)
 
 
+def draw_buttons(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
+    """Draw what can be done with what is selected: add a body where that is nothing, make what is none yet, take back."""
+    chosen = _selected(context)
+    column = layout.column(align=True)
+    if not chosen and context.mode == "OBJECT":
+        column.menu("NIM_MT_add_mesh", text="Add a Body", icon="ADD")
+        return
+    if not chosen or any(_shown_of(object_) is None for object_ in chosen):
+        draw_make(column, chosen)
+    if any(converted(object_) for object_ in chosen):
+        column.operator("nim.revert", icon="LOOP_BACK")
+
+
 class NIM_PT_convert(Sidebar, bpy.types.Panel):
     """The active object's interface in short"""
 
@@ -352,7 +366,7 @@ class NIM_PT_convert(Sidebar, bpy.types.Panel):
     bl_order = 0
 
     def draw(self, context):
-        """Draw its media and what they do, and the two buttons."""
+        """Draw its media and what they do, and what can be done with it."""
         layout = self.layout
         object_ = context.object
         material = _shown_of(object_)
@@ -373,9 +387,7 @@ class NIM_PT_convert(Sidebar, bpy.types.Panel):
             header.label(text="Reflectance")
             if body:
                 draw_readings(body, context, material)
-        column = layout.column(align=True)
-        column.operator("nim.convert", icon="MATERIAL")
-        column.operator("nim.revert", icon="LOOP_BACK")
+        draw_buttons(layout, context)
         preferences.draw_offer(layout)
 
 

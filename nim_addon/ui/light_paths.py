@@ -102,7 +102,11 @@ class NIM_PT_light_paths(Sidebar, bpy.types.Panel):
         column = self.layout.column()
         column.use_property_split = True
         column.use_property_decorate = False
-        column.prop(settings, "color")
+        row = column.row()
+        row.active = live  # curves are coloured by part
+        row.prop(settings, "color")
+        if live or light_curves.collection_of(context.scene):
+            column.label(text=live_look.legend(context.scene))
         draw_settings(self.layout, settings)
         row = self.layout.row(align=True)
         row.operator(NIM_OT_light_paths.bl_idname, text="Make Curves", icon="CURVE_DATA")

@@ -62,6 +62,13 @@ COLORS = (
     ),
 )
 
+# What a person sees of each, on one line.
+LEGENDS = {
+    "WAVELENGTH": "The colours are those of the light",
+    "PART": "Yellow in, orange on, blue reflected",
+    "ENERGY": "White: all the light; blue: least",
+}
+
 # An operator takes the settings of the scene, not those of the last time.
 Bool = partial(BoolProperty, options={"SKIP_SAVE"})
 Enum = partial(EnumProperty, options={"SKIP_SAVE"})
@@ -141,7 +148,11 @@ class Settings:
 class NIM_PG_rays(Settings, bpy.types.PropertyGroup):
     """How the rays of a scene are drawn: Scene.nim_rays."""
 
-    color: EnumProperty(name="Color By", description="What the colour of a live ray says", items=COLORS)
+    color: EnumProperty(
+        name="Color By",
+        description="What the colour of a live ray says; the thicker it is, the more light it has",
+        items=COLORS,
+    )
     handle: PointerProperty(
         type=bpy.types.Object, name="Handle", description="The object that rays start from, along its own Z axis"
     )

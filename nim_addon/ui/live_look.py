@@ -13,7 +13,7 @@ from bpy.app.translations import pgettext_rpt
 from ..cycles.casting import Kept
 from ..physics import Interface
 from . import deferred, light_sources, live_lines
-from .light_settings import Settings
+from .light_settings import LEGENDS, Settings
 from .light_tracing import follow, surfaces_of, warning
 from .looks import Looks
 
@@ -140,6 +140,14 @@ def sentence(scene: bpy.types.Scene) -> str | None:
             some=last.coarse, rays=scene.nim_rays.rays
         )
     return last.sentence if last else None
+
+
+def legend(scene: bpy.types.Scene) -> str:
+    """What the colours of the rays of a scene say, in English: of the live ones, or while they are off of curves."""
+    color, last = scene.nim_rays.color, LOOKS.last(scene)
+    if not on or (color == "WAVELENGTH" and not (last and any(one.wavelength_nm for one in last.traced))):
+        color = "PART"
+    return LEGENDS[color]
 
 
 def redraw() -> None:

@@ -201,12 +201,19 @@ def draw_backend(layout: bpy.types.UILayout, material: bpy.types.Material) -> No
         button.material, button.backend = material.name, choice
 
 
+def draw_make(layout: bpy.types.UILayout, objects: list[bpy.types.Object]) -> None:
+    """Draw the button that makes these objects negative-index: all of them, or of one that is in part the chosen slot."""
+    button = layout.operator("nim.convert", icon="MATERIAL")
+    partly = any(interface_nodes(slot.material) for object_ in objects for slot in object_.material_slots)
+    button.slots = "ACTIVE" if partly and len(objects) == 1 else "ALL"
+
+
 def draw_material(layout: bpy.types.UILayout, context: bpy.types.Context, material: bpy.types.Material | None) -> None:
     """Draw all of the panel for a material, or the button that makes a NIM where it has no interface node."""
     if material is None or active_node(material) is None:
         text = "This material has no negative-index interface." if material else "There is no material yet."
         draw_sentence(layout, context, pgettext_iface(text), icon="INFO")
-        layout.operator("nim.convert", text="Make Negative-Index", icon="MATERIAL")
+        draw_make(layout, [context.object] if context.object else [])
         return
     if not material.is_editable:
         text = pgettext_iface("The material is linked from a library: change it in that file.")

@@ -100,6 +100,22 @@ def test_where_a_medium_disperses_wavelengths_part_in_their_colours(scene):
     assert [one.wavelength_nm for one in look().traced] == [None]
 
 
+def test_the_panel_says_what_the_colours_say(scene):
+    def said(color):
+        scene.nim_rays.color = color
+        live_look.LOOKS.renew(scene.session_uid)
+        return live_look.legend(scene)
+
+    ball = a_ball()
+    assert said("PART") == said("WAVELENGTH") == "Yellow in, orange on, blue reflected", "nothing disperses"
+    assert said("ENERGY").startswith("White")
+    ball.data.materials[0] = interface_material("SF11", Medium.parse("n-sf11"), backend="nodes")
+    bpy.context.view_layer.update()
+    assert said("WAVELENGTH") == "The colours are those of the light"
+    light_live.stop()
+    assert said("ENERGY").startswith("Yellow"), "of curves"
+
+
 @pytest.mark.parametrize(
     "material",
     [

@@ -13,6 +13,7 @@ from nim_addon.cycles.closures import CLOSURES
 from nim_addon.cycles.material import interface_material
 from nim_addon.physics import Medium
 from nim_addon.ui import translations, warnings
+from nim_addon.ui.light_settings import LEGENDS
 
 from .conftest import Layout
 
@@ -132,6 +133,8 @@ def labels():
     for closure in CLOSURES:
         for socket in closure.sockets:
             yield f"socket {socket.identifier}", socket.name, NODE, None
+    for color, text in LEGENDS.items():
+        yield f"legend {color}", text, LINE, None
     for source in Path(ui.__file__).parent.glob("*.py"):
         for call in ast.walk(ast.parse(source.read_text(encoding="utf-8"))):
             kind = getattr(getattr(call, "func", None), "attr", "")

@@ -348,10 +348,11 @@ def draw_buttons(layout: bpy.types.UILayout, context: bpy.types.Context) -> None
     """Draw what can be done with what is selected: add a body where that is nothing, make what is none yet, take back."""
     chosen = _selected(context)
     column = layout.column(align=True)
-    if not chosen and context.mode == "OBJECT":
-        column.menu("NIM_MT_add_mesh", text="Add a Body", icon="ADD")
+    if not chosen:
+        if context.mode == "OBJECT" and _shown_of(context.object) is None:
+            column.menu("NIM_MT_add_mesh", text="Add a Body", icon="ADD")
         return
-    if not chosen or any(_shown_of(object_) is None for object_ in chosen):
+    if any(_shown_of(object_) is None for object_ in chosen):
         draw_make(column, chosen)
     if any(converted(object_) for object_ in chosen):
         column.operator("nim.revert", icon="LOOP_BACK")

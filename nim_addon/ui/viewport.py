@@ -59,11 +59,16 @@ def draw_note(layout: bpy.types.UILayout, context: bpy.types.Context) -> bool:
 
 def _draw_in_view():
     context = bpy.context
-    space, region = context.space_data, context.region
+    space = context.space_data
     engine = wrong_engine(space, context.scene) if space and space.overlay.show_overlays else None
-    if not engine:
-        return
-    scale = context.preferences.system.ui_scale
+    if engine:
+        draw_over(pgettext_iface(TEXT).format(engine=engine))
+
+
+def draw_over(text: str) -> None:
+    """Write a line over the lower edge of the region that is being drawn."""
+    context = bpy.context
+    region, scale = context.region, context.preferences.system.ui_scale
     # the toolbar may lie over the view
     left = sum(other.width for other in context.area.regions if other.type == "TOOLS" and other.x == region.x)
     blf.size(0, SIZE * scale)
@@ -71,7 +76,7 @@ def _draw_in_view():
     blf.shadow(0, 5, 0.0, 0.0, 0.0, 1.0)
     blf.color(0, *COLOR)
     blf.position(0, left + MARGIN * scale, MARGIN * scale, 0)
-    blf.draw(0, pgettext_iface(TEXT).format(engine=engine))
+    blf.draw(0, text)
     blf.disable(0, blf.SHADOW)
 
 

@@ -39,6 +39,10 @@ class Layout:
         self.drawn.append(("operator", name))
         return SimpleNamespace()
 
+    def menu(self, name, text=None, icon="NONE"):
+        assert issubclass(getattr(bpy.types, name), bpy.types.Menu)
+        self.drawn.append(("menu", name))
+
     @property
     def text(self):
         return "\n".join(str(value) for kind, value in self.drawn if kind == "label")

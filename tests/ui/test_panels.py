@@ -161,9 +161,9 @@ def read_off(object_):
     """The lines of the panel for an object."""
     layout = Layout()
     preferences = SimpleNamespace(system=SimpleNamespace(ui_scale=1.0, pixel_size=1.0))
-    context = SimpleNamespace(
-        object=object_, scene=bpy.context.scene, region=SimpleNamespace(width=9000), preferences=preferences
-    )
+    selected = {"object": object_, "selected_objects": [object_], "mode": "OBJECT"}
+    region = SimpleNamespace(width=9000)
+    context = SimpleNamespace(scene=bpy.context.scene, region=region, preferences=preferences, **selected)
     bpy.types.NIM_PT_convert.draw(SimpleNamespace(layout=layout), context)
     return layout.text.splitlines()
 

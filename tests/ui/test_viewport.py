@@ -21,6 +21,7 @@ def view(addon):
     warnings.forget()
     settings.lossless(bpy.context.scene, "nodes")
     bpy.data.objects["Cube"].data.materials[0] = interface_material("NIM", Medium(-1.5), backend="nodes")
+    bpy.context.view_layer.update()  # as a window does before it draws
     areas = [area for area in bpy.data.screens["Layout"].areas if area.type == "VIEW_3D"]
     return areas[0].spaces.active
 

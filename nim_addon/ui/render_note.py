@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is said where F12 is pressed under an engine that bends no ray backwards: as the render starts, and over its picture.
+
+Render handlers are called in the thread of the render, in which nothing can be drawn or reported: a timer says it.
+"""
+
+from __future__ import annotations
+
+import bpy
+from bpy.app.handlers import persistent
+from bpy.app.translations import pgettext_iface, pgettext_rpt
+
+from .. import checks
+from ..cycles.material import asked_closures
+from ..cycles.visibility import declared, rendered
+from . import viewport
+
+TEXT = "{engine} cannot bend a ray backwards: this render shows no refraction. Use Cycles."
+_handler = None
+_noted = {}  # {slot of the Render Result: the engine that rendered it wrongly}
+
+
+def wrong_engine(scene: bpy.types.Scene) -> str | None:
+    """The name of the engine, not Cycles, by which a render would show materials of ours in `scene`; None if none does.
+
+    Nothing is evaluated: it may be asked while a render is under way.
+    """
+    engine = checks.engine_name(scene)
+    if engine == "Cycles":
+        return None
+    worn = declared(rendered(scene)).values()
+    return engine if any(asked_closures(material) for materials in worn for material in set(materials)) else None
+
+
+def _slot():
+    image = next((image for image in bpy.data.images if image.type == "RENDER_RESULT"), None)
+    return image.render_slots.active_index if image else 0
+
+
+@persistent
+def note_render(scene: bpy.types.Scene, _=None) -> None:
+    """Called by Blender as a render starts, before its first picture."""
+    engine = wrong_engine(scene)
+    _noted.pop(_slot(), None)
+    if engine is None:
+        return
+    _noted[_slot()] = engine
+    if bpy.app.background:
+        print(f"Negative-Index Materials: {pgettext_rpt(TEXT).format(engine=engine)}")
+    else:
+        bpy.app.timers.register(_report)
+
+
+def _report():
+    window = next(iter(bpy.context.window_manager.windows), None)
+    if window:
+        with bpy.context.temp_override(window=window):
+            bpy.ops.nim.note_render("EXEC_DEFAULT", engine=_noted.get(_slot(), ""))
+
+
+@persistent
+def forget(*_) -> None:
+    """Called by Blender: another file has another picture."""
+    _noted.clear()
+
+
+class NIM_OT_note_render(bpy.types.Operator):
+    """Say which engine renders, where it bends no ray backwards"""
+
+    bl_idname = "nim.note_render"
+    bl_label = "Say What Renders"
+    bl_options = {"INTERNAL"}
+
+    engine: bpy.props.StringProperty(name="Engine", description="What renders the picture", options={"HIDDEN", "SKIP_SAVE"})
+
+    def execute(self, context):
+        """Report it, if there is still anything to say."""
+        if not self.engine:
+            return {"CANCELLED"}
+        self.report({"WARNING"}, pgettext_rpt(TEXT).format(engine=self.engine))
+        return {"FINISHED"}
+
+
+def _draw_over_picture():
+    space = bpy.context.space_data
+    image = space.image if space else None
+    if image is None or image.type != "RENDER_RESULT" or not space.overlay.show_overlays:
+        return
+    if engine := _noted.get(image.render_slots.active_index):
+        viewport.draw_over(pgettext_iface(TEXT).format(engine=engine))
+
+
+CLASSES = (NIM_OT_note_render,)
+HANDLERS = (("render_init", note_render), ("load_post", forget))
+
+
+def register():
+    """Write over pictures."""
+    global _handler
+    if not bpy.app.background:
+        _handler = bpy.types.SpaceImageEditor.draw_handler_add(_draw_over_picture, (), "WINDOW", "POST_PIXEL")
+
+
+def unregister():
+    """Write no more."""
+    global _handler
+    if _handler is not None:
+        bpy.types.SpaceImageEditor.draw_handler_remove(_handler, "WINDOW")
+        _handler = None
+    forget()

@@ -6,7 +6,7 @@ from bpy.app.handlers import persistent
 from bpy.app.translations import pgettext_iface, pgettext_rpt
 
 from .. import checks
-from ..checks import ball_checks, mesh_checks, ray_checks
+from ..checks import backdrop, ball_checks, mesh_checks, ray_checks
 from ..checks.hints import hints
 from ..checks.sight import look
 from ..cycles.material import asked_interfaces, medium_of
@@ -33,7 +33,7 @@ class Found:
         sight = look(scene, layer.depsgraph, limit, _kept)
         self.backends = checks.backends(sight.ours)
         self.problems = checks.found_in(sight)
-        self.hints = hints(sight) if hasattr(scene, "cycles") else []
+        self.hints = backdrop.hints(sight) + hints(sight) if hasattr(scene, "cycles") else []
         self.notes = ball_checks.notes(sight)
         self.unmeasured = len(sight.left_out)
         self.lamps = [lamp.name for lamp in sight.lamps]
@@ -111,11 +111,14 @@ def draw_problems(layout: bpy.types.UILayout, context: bpy.types.Context, proble
 
 
 def draw_hints(layout: bpy.types.UILayout, context: bpy.types.Context, hints: list[checks.Problem]) -> None:
-    """Draw a box for each hint, all of which the caustics' bake answers."""
+    """Draw a box for each hint, with the button of what would help."""
     for hint in hints:
         box = layout.box().column(align=True)
         draw_sentence(box, context, pgettext_iface(hint.texts[0]).format(**hint.values), icon="INFO")
-        box.operator("nim.bake_caustics", icon="LIGHT_SUN")
+        if hint.code == "sky":
+            box.operator("nim.add_sky", icon="WORLD")
+        else:
+            box.operator("nim.bake_caustics", icon="LIGHT_SUN")
 
 
 class NIM_OT_mend(bpy.types.Operator):

@@ -12,7 +12,7 @@ from nim_addon.cycles import settings
 from nim_addon.cycles.material import interface_material
 from nim_addon.cycles.visibility import CAUSTICS_MARK
 from nim_addon.physics import Medium
-from nim_addon.scenes import SCENES
+from nim_addon.scenes import SCENES, surfaces
 from nim_addon.ui import viewport, warnings
 
 from .conftest import Layout
@@ -33,7 +33,7 @@ def scene(addon):
 def hinted(scene):
     """The lamps that the panel gives a hint on; none of them are problems."""
     bpy.context.view_layer.update()
-    found = warnings.known(scene).hints
+    found = [hint for hint in warnings.known(scene).hints if hint.code != "sky"]
     assert all(hint.code == "caustics" and hint.remedy is None for hint in found)
     return ", ".join(hint.values["lamps"] for hint in found)
 
@@ -121,3 +121,107 @@ def test_it_goes_when_caustics_are_baked_and_comes_back_without(scene):
     assert hinted(scene) == ""
     caustics.clear(scene)
     assert hinted(scene) == "Light"
+
+
+# ------------------------------------------------------------------------------------------------ something to bend
+
+
+def darkness(scene):
+    """Whether the panel gives the hint that a sky would help, and what it says."""
+    bpy.context.view_layer.update()
+    warnings.forget()
+    return [hint.sentence for hint in warnings.known(scene).hints if hint.code == "sky"]
+
+
+def no_light(scene):
+    bpy.data.objects.remove(scene.objects["Light"])
+
+
+def no_light_no_world(scene):
+    no_light(scene)
+    scene.world = None
+
+
+def dark_light(scene):
+    scene.objects["Light"].data.energy = 0.0
+
+
+def bright(scene):
+    no_light(scene)
+    background(scene).inputs["Strength"].default_value = 10.0
+
+
+def background(scene):
+    return next(node for node in scene.world.node_tree.nodes if node.type == "BACKGROUND")
+
+
+def coloured(scene):
+    tree = scene.world.node_tree
+    tree.links.new(tree.nodes.new("ShaderNodeTexCoord").outputs[0], background(scene).inputs["Color"])
+
+
+def coloured_without_light(scene):
+    coloured(scene)
+    no_light(scene)
+
+
+def glowing_floor(scene):
+    no_light(scene)
+    scene.objects["Floor"].data.materials.append(surfaces.shining("Glow", lambda nodes: (1.0, 1.0, 1.0)))
+
+
+def alone(scene):
+    nothing_below(scene)
+
+
+def alone_under_a_sky(scene):
+    nothing_below(scene)
+    coloured(scene)
+
+
+DARK = "Hardly anything shines in this scene: Cube stays in the dark."
+ALONE = "There is nothing to bend: Cube is alone in a world of one colour."
+BACKDROPS = [
+    (lambda scene: None, []),
+    (no_light, [DARK]),
+    (no_light_no_world, [DARK]),
+    (dark_light, [DARK]),
+    (bright, []),
+    (coloured, []),
+    (coloured_without_light, []),
+    (glowing_floor, []),
+    (alone, [ALONE]),
+    (alone_under_a_sky, []),
+    (no_interface, []),
+]
+
+
+@pytest.mark.parametrize(("change", "said"), BACKDROPS, ids=lambda value: getattr(value, "__name__", None))
+def test_where_there_is_nothing_to_bend_or_nothing_shines_a_sky_is_offered(scene, change, said):
+    change(scene)
+    assert darkness(scene) == said
+
+
+def test_one_click_gives_a_sky_and_one_undo_takes_it_back(scene, press, render):
+    nothing_below(scene)
+    no_light(scene)
+    scene.render.resolution_x = scene.render.resolution_y = 16
+    scene.cycles.samples = 16
+    dark, before = render(scene), scene.world.name
+    bpy.ops.ed.undo_push(message="before")
+    layout = Layout()
+    assert darkness(scene)
+    warnings.draw_hints(
+        layout,
+        SimpleNamespace(
+            region=SimpleNamespace(width=9000), preferences=SimpleNamespace(system=SimpleNamespace(ui_scale=1.0))
+        ),
+        warnings.known(scene).hints,
+    )
+    assert ("operator", "nim.add_sky") in layout.drawn
+    assert press("nim.add_sky") == {"FINISHED"}
+    lit = render(scene)
+    assert lit[..., :3].mean() > 5 * dark[..., :3].mean() and lit[..., :3].std() > 5 * dark[..., :3].std()
+    assert darkness(scene) == [] and checks.problems(scene) == []
+    bpy.ops.ed.undo()
+    assert bpy.context.scene.world.name == before and len(bpy.data.worlds) == 1

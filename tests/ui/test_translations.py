@@ -16,6 +16,7 @@ import pytest
 
 from nim_addon import checks, ui
 from nim_addon.checks import (
+    backdrop,
     ball_checks,
     hints,
     loss_checks,
@@ -36,6 +37,7 @@ from nim_addon.ui import presets, translations
 # The modules whose texts are looked for: what the panels show of the checks is written there.
 SOURCES = sorted(Path(ui.__file__).parent.glob("*.py"))
 CHECKS = (
+    backdrop,
     ball_checks,
     checks,
     hints,
@@ -59,6 +61,8 @@ NOT_SHOWN = {
     "Transparent Depth": "socket",
     "Is Shadow Ray": "socket",
     "Filter Width": "socket",
+    "Strength": "socket",
+    "Emission Strength": "socket",
     "Workbench": "name of an engine, the same in every language",
     "Cycles": "name of an engine, the same in every language",
     "Negative-Index Materials": "name of the add-on and its asset library",

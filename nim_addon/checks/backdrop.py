@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What there is for a body to bend, and whether anything shines: said in the panel where there is nothing, never by a render."""
+
+from __future__ import annotations
+
+import bpy
+
+from ..cycles.problem import Problem
+from ..cycles.visibility import PATHS_MARK, asked, has_nodes, value_of
+from .sight import Sight
+
+DIM = 0.2  # radiance of a sky in which things are hardly to be seen; Blender's own is 0.05
+PLAIN = {"BACKGROUND", "VALUE", "RGB"}  # nodes of a sky that is the same all around
+SHINING = {"EMISSION": "Strength", "BSDF_PRINCIPLED": "Emission Strength"}
+
+
+def hints(sight: Sight) -> list[Problem]:
+    """What a sky would help, as Problems without a remedy of their own: code "sky"."""
+    radiance = _radiance(getattr(sight.scene.view_layers[0], "world_override", None) or sight.scene.world)
+    ours = set(sight.ours)
+    names = [surface.original.name for surface in sight.shown if ours.intersection(surface.materials)]
+    if radiance is None or not names:
+        return []
+    others = [
+        surface
+        for surface in sight.shown
+        if surface.original.name not in names and not surface.original.get(PATHS_MARK)
+    ]
+    if not others:
+        text = "There is nothing to bend: {names} is alone in a world of one colour."
+    elif radiance < DIM and not any(map(_shines, sight.lamps)) and not any(map(_glows, _materials(others))):
+        text = "Hardly anything shines in this scene: {names} stays in the dark."
+    else:
+        return []
+    return [Problem("sky", (text,), {"names": names[0]}, None, tuple(dict.fromkeys(names)))]
+
+
+def _radiance(world):
+    """The brightest channel of a world that is the same all around; None of any other."""
+    if world is None:
+        return 0.0
+    if not has_nodes(world):
+        return max(world.color)
+    nodes = asked(world)
+    if {found.node.type for found in nodes} - PLAIN:
+        return None
+    values = [
+        value_of(found.node.inputs[name], found.path)
+        for found in nodes
+        if found.node.type == "BACKGROUND"
+        for name in ("Color", "Strength")
+    ]
+    if not values:
+        return 0.0
+    color, strength = values
+    return max(color[:3]) * strength if color and strength is not None else None
+
+
+def _shines(lamp: bpy.types.Object):
+    return lamp.data.energy > 0 and not lamp.data.cycles.is_portal
+
+
+def _materials(surfaces):
+    return {material for surface in surfaces for material in surface.materials if material}
+
+
+def _glows(material):
+    sockets = [(node.inputs[SHINING[node.type]], path) for node, path in asked(material) if node.type in SHINING]
+    return any(value_of(socket, path) != 0 for socket, path in sockets)

@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A sky and a soft sun for a scene in which there is nothing to bend: those of the sphere scene."""
+
+import bpy
+from bpy.app.translations import pgettext_rpt
+
+from ..scenes import sphere, surfaces
+
+MAP_WIDTH = 256  # pixels of the map by which Cycles finds the sun, as in the scene
+
+
+class NIM_OT_add_sky(bpy.types.Operator):
+    """Give the scene a world with a blue sky, a horizon and a soft sun, in place of its own"""
+
+    bl_idname = "nim.add_sky"
+    bl_label = "Add Sky"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        """Only in a scene that can be changed."""
+        if not context.scene.is_editable:
+            cls.poll_message_set("The scene is linked from a library: make it local first")
+            return False
+        return True
+
+    def execute(self, context):
+        """Make the world, and light the scene with it."""
+        sun = sphere.sun(sphere.SphereParameters())
+        world = surfaces.sky("Sky", sphere.HORIZON, sphere.ZENITH, glow=sun)
+        world.cycles.sampling_method, world.cycles.sample_map_resolution = "MANUAL", MAP_WIDTH
+        context.scene.world = world
+        self.report({"INFO"}, pgettext_rpt("The scene has a sky: {name}").format(name=world.name))
+        return {"FINISHED"}
+
+
+CLASSES = (NIM_OT_add_sky,)

@@ -312,6 +312,7 @@ def _base(arguments) -> Callable[[Mapping[str, str]], Request]:
             raise UsageError("a .blend has no parameters; vary its inputs, --vary 'MATERIAL:INPUT=A,B'.")
         with refused():
             whole = with_options(Request.of_blend(_path(arguments.what), arguments.scene), arguments)
+            whole = dataclasses.replace(whole, blend=whole.decided().blend)  # with what it is linked from
 
         def of_blend(values: Mapping[str, str]) -> Request:
             try:

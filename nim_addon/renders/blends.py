@@ -7,7 +7,7 @@ import hashlib
 import re
 from collections.abc import Mapping
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,14 +23,16 @@ ZSTD = b"\x28\xb5\x2f\xfd"  # the first bytes of a compressed file
 class Blend:
     """A scene of a .blend file as it is now.
 
-    file:   the file's path
-    scene:  name of the scene
-    sha256: of the file's content, in hexadecimal
+    file:      the file's path
+    scene:     name of the scene
+    sha256:    of the file's content, in hexadecimal
+    libraries: (path, sha256) of the files that the scene is linked from, as libraries_of() has them; empty until it is read
     """
 
     file: str
     scene: str
     sha256: str
+    libraries: tuple[tuple[str, str], ...] = ()
 
     @classmethod
     def of(cls, file: str | Path, scene: str | None = None) -> Blend:
@@ -52,24 +54,40 @@ class Blend:
     @classmethod
     def from_record(cls, record: Mapping[str, object]) -> Blend:
         """That of record(), whose file must still be as it was; ValueError, one sentence, where it is not."""
-        file, scene, sha256 = (record.get(key) for key in ("file", "scene", "sha256"))
-        if set(record) != {"file", "scene", "sha256"} or not all(isinstance(text, str) for text in record.values()):
+        file, scene, sha256 = texts = [record.get(key) for key in ("file", "scene", "sha256")]
+        libraries = record.get("libraries", {})
+        unknown = set(record) - {"file", "scene", "sha256", "libraries"}
+        texts += [*libraries, *libraries.values()] if isinstance(libraries, Mapping) else [None]
+        if unknown or not all(isinstance(text, str) for text in texts):
             raise ValueError(f"blend = {record!r} is not understood; it has file, scene and sha256.")
         blend = cls.of(str(file), str(scene))
         if blend.sha256 != sha256:
-            raise ValueError(f"{blend.file} is another file than the one that was asked for: its content has changed.")
-        return blend
+            raise _changed(blend.file)
+        return replace(blend, libraries=tuple(sorted(libraries.items())))  # pyright: ignore[reportAttributeAccessIssue]
 
-    def record(self) -> dict[str, str]:
+    def record(self) -> dict[str, object]:
         """A dict of JSON-ready values that from_record() takes back."""
-        return {"file": self.file, "scene": self.scene, "sha256": self.sha256}
+        own = {"file": self.file, "scene": self.scene, "sha256": self.sha256}
+        return {**own, "libraries": dict(self.libraries)} if self.libraries else own
 
     def append(self) -> bpy.types.Scene:
-        """Bring a copy of the scene into Blender's file, which becomes no other; ValueError where the file has changed."""
+        """Bring a copy of the scene into Blender's file, which becomes no other.
+
+        Raises ValueError, one sentence, where the file, or one of the libraries that are known, has changed.
+        """
         self.from_record(self.record())
         with quiet(), _opened(Path(self.file)) as (_, wanted):
             wanted.scenes.append(self.scene)
-        return wanted.scenes[0]  # where names stood there is data now
+        scene = wanted.scenes[0]  # where names stood there is data now
+        now = dict(libraries_of(scene))
+        for file, sha256 in self.libraries:
+            if now.get(file) != sha256:
+                raise _changed(file)
+        return scene
+
+
+def _changed(file):
+    return ValueError(f"{file} is another file than the one that was asked for: its content has changed.")
 
 
 def _opened(path) -> AbstractContextManager[tuple[Any, Any]]:
@@ -110,6 +128,15 @@ def newer(path: Path) -> str | None:
     found = re.match(rb"BLENDER(?:\d\d-\d\dv0?(\d+)(\d\d)|[-_][vV](\d)(\d\d))", head)
     version = tuple(int(number) for number in found.groups() if number) if found else ()
     return ".".join(map(str, version)) if version > bpy.app.version[:2] else None
+
+
+def libraries_of(scene: bpy.types.Scene) -> tuple[tuple[str, str], ...]:
+    """(path, SHA-256) of the files that a scene is linked from, and those are in turn, sorted; "" for one that is missing."""
+    libraries = {data.library for data in used_by(scene) if data.library}
+    # of 5.0: one whose content lies in the file itself
+    outside = [one for one in libraries if not one.packed_file and not getattr(one, "is_archive", False)]
+    paths = sorted(bpy.path.abspath(one.filepath) for one in outside)
+    return tuple((path, sha256_of(Path(path)) if Path(path).is_file() else "") for path in paths)
 
 
 def missing_files(scene: bpy.types.Scene) -> list[str]:

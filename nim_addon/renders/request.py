@@ -42,6 +42,8 @@ class Request(Asked):
         record = self.record()
         if self.blend:
             del record["blend"]["file"]
+            if libraries := record["blend"].pop("libraries", None):
+                record["blend"]["libraries"] = sorted(libraries.values())
         else:
             record["parameters"] |= {name: sha256_of(path) for name, path in known(self.parameters).files().items()}
         return record

@@ -20,9 +20,11 @@ from ..cycles.images import record_of
 from ..cycles.material import resolve
 from ..scenes import scene_type
 from ..scenes.stage import aim
-from .asked import OPEN_IN_A_BLEND, Asked, known
+from .asked import Asked, known
+from .blends import libraries_of
 from .changes import change_of
 from .inputs import set_input
+from .sizes import own_size, set_size
 from .temporary import TemporaryScene
 
 FEW_PHOTONS = 1 << 20  # fewer than these are baked into small textures
@@ -91,8 +93,7 @@ class Session(Generic[Kind]):
                 )
             if request.blend:
                 scene = self._temporary.scene
-                if any(getattr(request, key) is None for key in (*OPEN_IN_A_BLEND, "caustics")):
-                    request = _baked_anew(scene, _as_in(scene, request))
+                request = _baked_anew(scene, _as_in(scene, request))
                 self._kept = frames.frames_of(scene)
                 frames.forget_frames(scene)  # whose handlers would take out what is traced
             else:
@@ -141,8 +142,7 @@ class Session(Generic[Kind]):
             scene = scene_type(known(request.scene), of_figures=True).build(
                 request.parameters, resolve(request.backend)
             )
-        scene.render.resolution_x, scene.render.resolution_y = known(request.size)
-        scene.render.resolution_percentage = 100
+        set_size(scene, known(request.size))
         scene.cycles.samples = request.samples
         scene.cycles.use_denoising = request.denoise
         scene.view_layers[0].cycles.denoising_store_passes = request.denoise and request.keep_noise
@@ -232,14 +232,15 @@ def can_denoise() -> bool:
 
 def _as_in(scene, request):
     """The request for the scene of a .blend with all that the file decides."""
-    part = scene.render.resolution_percentage / 100
     own = {
-        "size": tuple(max(1, round(side * part)) for side in (scene.render.resolution_x, scene.render.resolution_y)),
+        "size": own_size(scene),
         "samples": scene.cycles.samples,
         "seed": scene.cycles.seed,
         "denoise": scene.cycles.use_denoising,
     }
-    return dataclasses.replace(request, **{key: value for key, value in own.items() if getattr(request, key) is None})
+    blend = dataclasses.replace(request.blend, libraries=libraries_of(scene))
+    left = {key: value for key, value in own.items() if getattr(request, key) is None}
+    return dataclasses.replace(request, blend=blend, **left)
 
 
 def _baked_anew(scene, request):

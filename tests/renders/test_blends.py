@@ -97,3 +97,97 @@ def test_cycles_renders_a_blend_that_is_set_to_another_engine(blend, tmp_path):
         Request.of_blend(file, "NIM sphere").render(tmp_path / "out") for file in (blend, tmp_path / "other.blend")
     )
     assert np.array_equal(pixels(by_cycles.exr), pixels(by_another.exr))
+
+
+def changed(blend, change, *, into=None):
+    """The .blend, or a copy `into` another file, once `change` has been called of its scene."""
+    with quiet():
+        bpy.ops.wm.open_mainfile(filepath=str(blend))
+        change(bpy.data.scenes["NIM sphere"])
+        bpy.ops.wm.save_as_mainfile(filepath=str(into or blend), copy=bool(into))
+        bpy.ops.wm.read_homefile(use_factory_startup=True)
+    return into or blend
+
+
+def test_a_render_region_that_crops_is_the_picture(blend, tmp_path, one_sentence):
+    def crop(scene):
+        scene.render.use_border = scene.render.use_crop_to_border = True
+        scene.render.border_min_x, scene.render.border_max_x = 0.31, 0.77
+        scene.render.border_min_y, scene.render.border_max_y = 0.2, 0.9
+        with quiet():
+            bpy.ops.render.render(scene=scene.name)
+        bpy.data.images["Render Result"].save_render(str(tmp_path / "by_blender.png"), scene=scene)
+
+    asked = Request.of_blend(changed(blend, crop), "NIM sphere")
+    made = asked.render(tmp_path)
+    assert made.record["size"] == [11, 11] and pixels(made.exr).shape == (11, 11, 3)
+    assert np.array_equal(pixels(made.png), pixels(tmp_path / "by_blender.png"))
+    again, _ = Request.again(made.exr)
+    assert np.array_equal(pixels(again.render(tmp_path, "again").exr), pixels(made.exr))
+    for size in ((22, 22), (7, 5), (300, 1)):
+        assert pixels(dataclasses.replace(asked, size=size).render(tmp_path, "other").exr).shape == (*size[::-1], 3)
+    large = dataclasses.replace(asked, size=(44, 44), samples=16).render(tmp_path, "large")
+    parts = pixels(large.exr).reshape(11, 4, 11, 4, 3).mean((1, 3))
+    well = dataclasses.replace(asked, samples=256).render(tmp_path, "well")
+    assert np.median(np.abs(parts - pixels(well.exr))) < 0.05  # of the same part of the whole
+
+    for width, size, says in ((0.1, (16384, 16), "ask for fewer"), (0, None, "has no pixels")):
+        changed(blend, lambda scene, width=width: setattr(scene.render, "border_max_x", 0.31 + width))
+        with pytest.raises(ValueError) as caught:
+            Request.of_blend(blend, "NIM sphere", size=size).render(tmp_path / "new")
+        one_sentence(caught.value, "render region", says)
+
+
+def test_a_picture_that_is_too_small_for_blender_is_refused(tmp_path, empty_file, one_sentence):
+    with pytest.raises(ValueError) as caught:
+        Request.of("sphere", size=(8, 3), samples=1).render(tmp_path / "new")
+    one_sentence(caught.value, "8 x 3", "4 x 4")
+
+
+def test_a_part_of_a_size_is_cut_as_blender_cuts_it(blend, tmp_path):
+    def odd(scene):
+        scene.render.resolution_x, scene.render.resolution_percentage = 45, 37
+
+    assert Request.of_blend(changed(blend, odd), "NIM sphere").decided().size == (16, 11)
+
+
+def test_what_a_blend_is_linked_from_belongs_to_it(blend, tmp_path, one_sentence):
+    deep, between = tmp_path / "deep.blend", tmp_path / "between.blend"
+
+    def library(file, make):
+        with quiet():
+            bpy.ops.wm.read_homefile(use_empty=True)
+            make()
+            bpy.ops.wm.save_as_mainfile(filepath=str(file), copy=True)
+
+    def sheet(shift=0):
+        mesh = bpy.data.meshes.new("Sheet")
+        mesh.from_pydata([(shift, 0, 3), (shift + 9, 0, 3), (shift, 9, 3)], [], [(0, 1, 2)])
+        mesh.use_fake_user = True
+
+    def linked(file, kind):
+        with bpy.data.libraries.load(str(file), link=True) as (held, wanted):
+            setattr(wanted, kind, getattr(held, kind))
+        return getattr(wanted, kind)[0]
+
+    def thing():
+        bpy.data.objects.new("Thing", linked(deep, "meshes")).use_fake_user = True
+
+    library(deep, sheet)
+    library(between, thing)
+    changed(blend, lambda scene: scene.collection.objects.link(linked(between, "objects")))
+    asked = Request.of_blend(blend, "NIM sphere")
+    made = asked.render(tmp_path / "out")
+    assert set(made.record["blend"]["libraries"]) == {str(deep), str(between)}
+    again, _ = Request.again(made.exr)
+    key = asked.key()
+    assert again.render(tmp_path / "out", "mine").was_there and again.key() == key
+    library(deep, lambda: sheet(shift=1))
+    with quiet():
+        bpy.ops.wm.read_homefile(use_factory_startup=True)
+    with pytest.raises(ValueError) as caught:
+        again.render(tmp_path / "out", "again")
+    one_sentence(caught.value, str(deep), "its content has changed")
+    assert asked.key() != key and not asked.render(tmp_path / "out", keep=True).was_there
+    deep.unlink()
+    assert dict(asked.decided().blend.libraries)[str(deep)] == ""

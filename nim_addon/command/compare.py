@@ -27,7 +27,7 @@ def add_to(commands: argparse._SubParsersAction) -> None:
         commands,
         "compare",
         run,
-        "Render a scene once for each value of a parameter, and all of them side by side into one image.",
+        "Render a scene once for each value of a parameter, and all of them side by side into one image, with captions.",
         "examples:\n"
         "  nimray compare glass\n"
         "  nimray compare sphere --vary n=1.5,-1.5,-4.1 --set companions=yes\n"
@@ -46,6 +46,7 @@ def run(arguments: argparse.Namespace) -> None:
     """Render the images and join them."""
     blender.load()
     from ..base.files import check_targets
+    from ..renders.montage import caption
     from ..renders.request import Request
     from ..scenes import SCENES, scene_type
     from ..scenes.parameters import file_name
@@ -69,9 +70,10 @@ def run(arguments: argparse.Namespace) -> None:
     check_targets(Path(os.path.expanduser(arguments.out), f"{joined}{suffix}") for suffix in (".exr", ".png"))
     settings = {"set": arguments.assignments} if arguments.assignments else {}
     compared = {**settings, "compares": [" ".join(assignments) for assignments, _ in variants]}
+    captions = [caption(assignments) for assignments, _ in variants]
     requests = dict(zip(names, (request for _, request in variants), strict=True))
     with Output(len(variants), quiet=arguments.quiet, progress=arguments.progress) as output:
-        render_side_by_side(requests, arguments.out, joined, compared, output)
+        render_side_by_side(requests, arguments.out, joined, compared, output, captions)
 
 
 def render_side_by_side(

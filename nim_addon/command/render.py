@@ -82,7 +82,7 @@ def add_options(parser: argparse.ArgumentParser, *, out: str = "renders", named:
     if named:
         add("--name", type=words.name, metavar="NAME", help="of the files, without suffix (scene and settings)")
     add("--backend", choices=BACKENDS, help="OSL, or Blender's own nodes (auto: OSL where there is some)")
-    add("--spectral", action=argparse.BooleanOptionalAction, help="all wavelengths in one picture (spectral=yes)")
+    add("--spectral", action=words.Switched, help="all wavelengths in one picture (spectral=yes)")
     add(
         "--spectral-passes",
         type=passes,
@@ -90,7 +90,7 @@ def add_options(parser: argparse.ArgumentParser, *, out: str = "renders", named:
         help="renders of a part of the wavelengths each (as suits samples)",
     )
     add("--wavelength", type=words.wavelength, metavar="NM", help="the only one that media are at (550)")
-    add("--denoise", action=argparse.BooleanOptionalAction, help="clean the noise (OpenImageDenoise)")
+    add("--denoise", action=words.Switched, help="clean the noise (OpenImageDenoise)")
     add(
         "--caustics",
         choices=CAUSTICS,
@@ -127,7 +127,7 @@ def run(arguments: argparse.Namespace) -> None:
             return render_blend(arguments)
         with refused():
             asked = request_of(arguments)
-            said = Said(asked, strict=arguments.strict, quiet=arguments.quiet)
+            said = Said(asked, strict=arguments.strict, quiet=arguments.quiet, noisy=arguments.denoise is False)
             request = asked.decided()
         return _render_stack(request, arguments, arguments.name or words.own_name(request.name), {}, said)
     from ..renders.request import Request

@@ -28,7 +28,7 @@ def render_blend(arguments: argparse.Namespace) -> None:
             f"{name}_{frame:04}": dataclasses.replace(request, frame=frame)
             for frame in range(first, last + 1, arguments.step or 1)
         }
-    said = Said(request, strict=arguments.strict, quiet=arguments.quiet)
+    said = Said(request, strict=arguments.strict, quiet=arguments.quiet, noisy=arguments.denoise is False)
     with Output(len(moments), quiet=arguments.quiet, progress=arguments.progress) as output:
         for name, moment in moments.items():
             output.frame = moment.frame
@@ -40,12 +40,18 @@ def render_blend(arguments: argparse.Namespace) -> None:
 
 def request_of(arguments: argparse.Namespace) -> Request:
     """The request for the scene of a .blend that the words name, with the numbers of --set in its materials."""
-    from ..renders.request import Request
+    from ..renders.request import Request, can_denoise
 
     with refused():
         whole = Request.of_blend(arguments.scene, arguments.which)
-        inputs = dict(map(_input, arguments.assignments))
-        return with_options(dataclasses.replace(whole, inputs=inputs or None), arguments)
+        inputs = {}
+        for key, number in map(_input, arguments.assignments):
+            if key in inputs:
+                raise UsageError(f"{key} is set twice; set it once.")
+            inputs[key] = number
+        whole = dataclasses.replace(whole, inputs=tuple(inputs.items()) or None)
+        # as the file has it, which Said says where this Blender cannot
+        return with_options(whole if can_denoise() else dataclasses.replace(whole, denoise=False), arguments)
 
 
 def _input(text):
@@ -57,10 +63,14 @@ def _input(text):
 
 
 class Said:
-    """What is said of a scene before it is rendered, each thing once however many frames have it."""
+    """What is said of a scene before it is rendered, each thing once however many frames have it.
 
-    def __init__(self, request: Request, *, strict: bool, quiet: bool) -> None:
+    noisy: whether its noise is to be kept
+    """
+
+    def __init__(self, request: Request, *, strict: bool, quiet: bool, noisy: bool) -> None:
         self.caustics, self.strict, self.quiet = request.caustics, strict, quiet
+        self.noisy = noisy
         self.known: set[str] = set()
 
     def __call__(self, session: Session) -> None:
@@ -74,6 +84,10 @@ class Said:
         wrong = [f"it was saved by Blender {later}, and this is older; what is new there is lost."] if later else []
         if session.own.engine != "Cycles":
             wrong.append(f"{session.own.engine} is its engine; Cycles renders it, which alone bends a ray backwards.")
+        if session.own.denoised and not (decided.denoise or self.noisy):
+            wrong.append(
+                "it is denoised, and this Blender was built without OpenImageDenoise; the picture keeps its noise."
+            )
         wrong += [f"{file} is missing, which the scene needs." for file in missing_files(scene)]
         wrong += [problem.sentence for problem in checks.problems(scene)]
         if wrong and self.strict:

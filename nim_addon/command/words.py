@@ -27,6 +27,27 @@ class UsageError(Exception):
     """What was asked for makes no sense: exit code 2."""
 
 
+class _Once:
+    """For an argparse.Action that keeps one value: its option is refused where it is given again, as the first were lost."""
+
+    option_strings: Sequence[str]
+    _seen: argparse.Namespace | None = None
+
+    def __call__(self, parser, namespace, values, option_string=None) -> None:
+        if self.option_strings and self._seen is namespace:
+            raise UsageError(f"{' and '.join(self.option_strings)} is given twice; give it once.")
+        self._seen = namespace
+        super().__call__(parser, namespace, values, option_string)  # pyright: ignore[reportAttributeAccessIssue]
+
+
+class Stored(_Once, argparse._StoreAction):
+    """An option, or a word, with a value."""
+
+
+class Switched(_Once, argparse.BooleanOptionalAction):
+    """--NAME or --no-NAME."""
+
+
 class Parser(argparse.ArgumentParser):
     """Of the command, or of one of its subcommands, which each refuse themselves what they do not know."""
 
@@ -34,6 +55,8 @@ class Parser(argparse.ArgumentParser):
 
     def __init__(self, *words, **more) -> None:
         super().__init__(*words, **more)
+        for kind in (None, "store"):
+            self.register("action", kind, Stored)
         # what is a value though it begins as an option does; argparse's own knows neither -1. nor -1e-3
         self._negative_number_matcher = re.compile(r"-(\.?\d|inf|nan)", re.IGNORECASE)
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -48,6 +49,16 @@ def montage(
             write_with_metadata(joined, ready[-1], metadata)
         exr, png = finish(*ready)
         return exr, png
+
+
+def caption(variant: Sequence[str]) -> str:
+    """The settings of a picture, texts "key=value", as its caption has them."""
+    said = []
+    for text in variant:
+        value = text.partition("=")[2]
+        # which parameter a medium is of shows the picture
+        said.append(re.sub(r",\s*", ", ", (value if "=" in value else text).replace("=", " = ")))
+    return ", ".join(said)
 
 
 def captioned(picture: np.ndarray, *lines: str) -> np.ndarray:

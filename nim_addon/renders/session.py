@@ -94,6 +94,11 @@ class Session(Generic[Kind]):
             if request.blend:
                 scene = self._temporary.scene
                 request = _baked_anew(scene, _as_in(scene, request))
+                if request.denoise and not can_denoise():
+                    raise RuntimeError(
+                        f"the scene {known(request.blend).scene!r} is denoised, and this Blender was built without "
+                        "OpenImageDenoise; switch its denoising off, or leave it out with --no-denoise."
+                    )
                 self._kept = frames.frames_of(scene)
                 frames.forget_frames(scene)  # whose handlers would take out what is traced
             else:

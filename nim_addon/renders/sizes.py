@@ -32,7 +32,9 @@ def set_size(scene: bpy.types.Scene, size: Size) -> None:
     if cropped:
         wholes = [max(whole, least) for whole in wholes]
     if min(wholes) < least:
-        raise ValueError(f"a picture of {size[0]} x {size[1]} pixels is too small for Blender; {least} x {least} are the least.")
+        raise ValueError(
+            f"a picture of {size[0]} x {size[1]} pixels is too small for Blender; {least} x {least} are the least."
+        )
     if max(wholes) > most:
         raise ValueError(
             f"{size[0]} x {size[1]} pixels of the render region are part of {wholes[0]} x {wholes[1]}, and a side has at most "

@@ -89,13 +89,16 @@ class Parameters:
 
     @classmethod
     def assigned(cls, assignments: Iterable[str]) -> dict[str, str]:
-        """The values of texts "key=value" by their keys, whatever these are; ValueError for a text that is none."""
+        """The values of texts "key=value" by their keys, whatever these are; ValueError for a text that is none, and for two
+        of one key."""
         values = {}
         for text in assignments:
             key, equals, value = text.partition("=")
             if not equals:
                 first = dataclasses.fields(cls)[0].name
                 raise ValueError(f"{text!r} is not a setting; write key=value, such as {first}=...")
+            if key.strip() in values:
+                raise ValueError(f"{key.strip()} is set twice; set it once.")
             values[key.strip()] = value.strip()
         return values
 

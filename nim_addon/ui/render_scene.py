@@ -15,6 +15,7 @@ from .. import checks
 from ..base.streams import quiet
 from ..base.text import fit
 from ..caustics import frames
+from ..renders.request import can_denoise
 from . import escape, jobs
 from .panels import Sidebar, draw_sentence
 
@@ -138,6 +139,9 @@ class NIM_OT_render_scene(bpy.types.Operator):
         self.found = [checks_text(problem) for problem in wrong]
         text = pgettext_iface("{} was painted and is not saved: the copy has it as it was. Save or pack it.")
         self.found += [text.format(name) for name in unsaved_images()]
+        if context.scene.cycles.use_denoising and not can_denoise():
+            text = "The scene is denoised, and this Blender was built without OpenImageDenoise: the picture keeps its noise."
+            self.found.append(pgettext_iface(text))
         if not self.found or bpy.app.background:
             return self.execute(context)
         title = pgettext_iface("The Checks Find Something")

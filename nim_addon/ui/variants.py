@@ -4,13 +4,13 @@
 from __future__ import annotations
 
 import dataclasses
-import re
 import zlib
 from pathlib import Path
 
 import bpy
 from bpy.app.translations import pgettext_iface
 
+from ..renders.montage import caption
 from ..renders.request import Request
 from ..scenes import SCENES
 from ..scenes.parameters import file_name
@@ -105,16 +105,6 @@ def _asked(scene: str, key: str, text: str) -> list[list[str]]:
     return found
 
 
-def _caption(variant: list[str]) -> str:
-    """The settings of a picture, as its caption has them."""
-    said = []
-    for text in variant:
-        value = text.partition("=")[2]
-        # which parameter a medium is of shows the picture
-        said.append(re.sub(r",\s*", ", ", (value if "=" in value else text).replace("=", " = ")))
-    return ", ".join(said)
-
-
 def all_variants(settings: NIM_PG_scenes, folder: Path) -> jobs.Work:
     """What renders the scene once for each value of what is varied, side by side.
 
@@ -144,7 +134,7 @@ def all_variants(settings: NIM_PG_scenes, folder: Path) -> jobs.Work:
         requests[name] = made
     # in the order in which `nimray compare` has them
     compared = {**({"set": shared} if shared else {}), "compares": [" ".join(variant) for variant in variants]}
-    captions = tuple(_caption(variant) for variant in variants)
+    captions = tuple(map(caption, variants))
     return jobs.Work(joined, requests, joined=joined, compared=compared, captions=captions)
 
 

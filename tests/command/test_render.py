@@ -10,8 +10,9 @@ import pytest
 from nim_addon import command
 from nim_addon.command import blender
 from nim_addon.cycles.closures import backends
-from nim_addon.cycles.images import read_metadata
+from nim_addon.cycles.images import image_of, read_metadata
 from nim_addon.renders import session
+from nim_addon.renders.montage import montage
 
 SMALL = ("--size", "32x24", "--samples", "4")
 
@@ -120,6 +121,15 @@ def test_a_blender_without_osl_renders_with_its_own_nodes(capsys, monkeypatch, t
     assert json.loads(capsys.readouterr().out)["backend"] == "nodes"
     assert command.main(["doctor"]) == 0
     assert "Blender's own nodes" in capsys.readouterr().out
+
+
+def test_pictures_side_by_side_have_captions(tmp_path):
+    assert command.main(["compare", "sphere", "--vary", "n=1.5,-1.5", "--out", str(tmp_path), *SMALL]) == 0
+    names = ["sphere_n-1.5", "sphere_n--1.5"]
+    images = [(tmp_path / f"{name}.exr", tmp_path / f"{name}.png") for name in names]
+    expected = montage(tmp_path, "expected", images, {}, ["n = 1.5", "n = -1.5"])
+    for file, other in zip(expected, ("sphere_compare.exr", "sphere_compare.png"), strict=True):
+        assert np.array_equal(image_of(file).get_pixels(), image_of(tmp_path / other).get_pixels())
 
 
 def test_a_blender_without_a_denoiser_is_told_so(capsys, monkeypatch, tmp_path):

@@ -13,6 +13,7 @@ from nim_addon.cycles.images import read_metadata
 from nim_addon.cycles.material import interface_material
 from nim_addon.cycles.nodes import empty_tree
 from nim_addon.physics import Medium
+from nim_addon.renders import request, session
 
 
 @pytest.fixture
@@ -105,6 +106,26 @@ def test_that_cycles_renders_in_the_place_of_another_engine_is_said(scene, saved
     )
 
 
+def test_a_blend_keeps_its_noise_where_this_blender_cannot_clean_it_and_that_is_said(
+    scene, saved, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.setattr(request, "can_denoise", lambda: False)
+    monkeypatch.setattr(session, "can_denoise", lambda: False)
+    scene.cycles.use_denoising = True
+    words = ["render", saved(), "--out", str(tmp_path / "out")]
+    says = "it is denoised, and this Blender was built without OpenImageDenoise"
+    assert command.main([*words, "--strict"]) == 1
+    assert says in capsys.readouterr().err
+    assert command.main([*words, "--denoise"]) == 1
+    assert "leave --denoise out" in capsys.readouterr().err and not (tmp_path / "out").exists()
+    assert command.main(words) == 0
+    assert capsys.readouterr().err == f"nimray: {says}; the picture keeps its noise.\n"
+    assert read_metadata(tmp_path / "out" / "mine.exr")["denoise"] is False
+    assert command.main([*words, "--no-denoise", "--strict"]) == 0
+    with pytest.raises(RuntimeError, match="'Mine' is denoised, and this Blender was built without OpenImageDenoise"):
+        request.Request.of_blend(words[1]).render(tmp_path / "new")
+
+
 def test_caustics_of_another_frame_are_traced_anew(scene, saved, tmp_path, capsys):
     caustics.bake(scene, photons=20000, texels=64)
     caustics.baked(scene)[caustics.REPORT] = {"photons": 20000.0, "settings": []}
@@ -122,6 +143,7 @@ BAD = [
     (("--frames", "3-1"), 2, "runs backwards"),
     (("--scene", "Mien"), 2, "did you mean 'Mine'?"),
     (("--set", "n=1"), 2, "set inputs, 'MATERIAL:INPUT=NUMBER'"),
+    (("--set", "NIM:Index Inside=-1", "NIM:Index Inside=-2"), 2, "NIM:Index Inside is set twice; set it once"),
     (("--set", "NIM:Index=1"), 2, "there is no input of NIM 'Index'"),
     (("--fps", "24", "--frames", "1-2"), 2, "has its own frames"),
     (("--step", "2"), 2, "--step goes with --frames"),

@@ -96,7 +96,9 @@ class Run:
 
     def told(self) -> str:
         """What is said once it is kept."""
-        text = pgettext_rpt("Caustics baked onto {names}: {millions} million photons in {time}").format(
+        text = pgettext_rpt(
+            "Caustics baked onto {names}, hidden now behind copies that shine: {millions} million photons in {time}"
+        ).format(
             names=caustics_looks.surfaces_of(self.scene),
             millions=millions(self.photons),
             time=duration(time.monotonic() - self.started),

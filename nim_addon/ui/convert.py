@@ -9,7 +9,7 @@ from .. import checks
 from ..cycles import meshes
 from ..cycles.material import asked_interfaces, glass_index, interface_material, interface_nodes, interface_of
 from ..cycles.surface import remove_material
-from ..cycles.visibility import SURFACES, declared, materials_of
+from ..cycles.visibility import CAUSTICS_MARK, SURFACES, declared, materials_of
 from ..physics import Interface, Medium
 from . import curves, former, preferences, warnings
 from .material import draw_make, draw_media, draw_readings, draw_summary
@@ -370,6 +370,13 @@ class NIM_PT_convert(Sidebar, bpy.types.Panel):
         """Draw its media and what they do, and what can be done with it."""
         layout = self.layout
         object_ = context.object
+        if object_ and object_.get(CAUSTICS_MARK):
+            text = pgettext_iface(
+                "{name} shines for a surface that is hidden meanwhile: change that, not this. Clear Caustics shows it again."
+            )
+            draw_sentence(layout, context, text.format(name=object_.name), icon="INFO")
+            layout.operator("nim.clear_caustics", icon="TRASH")
+            return
         material = _shown_of(object_)
         if object_ and object_.type in SURFACES and len(object_.material_slots) > 1:
             layout.template_list(

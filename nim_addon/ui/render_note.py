@@ -71,7 +71,9 @@ class NIM_OT_note_render(bpy.types.Operator):
     bl_label = "Say What Renders"
     bl_options = {"INTERNAL"}
 
-    engine: bpy.props.StringProperty(name="Engine", description="What renders the picture", options={"HIDDEN", "SKIP_SAVE"})
+    engine: bpy.props.StringProperty(
+        name="Engine", description="What renders the picture", options={"HIDDEN", "SKIP_SAVE"}
+    )
 
     def execute(self, context):
         """Report it, if there is still anything to say."""

@@ -104,8 +104,9 @@ def test_the_button_bakes_and_clear_gives_the_scene_back(scene, press, capfd):
         name for name in names()["scenes"] | names()["materials"] if name.startswith("NIM p")
     }  # no photons left
     text = drawn(scene)
-    assert "Bake Again | nim.view_rendered | Up to date | Light lands on Floor | 1 million photons in " in text
-    assert text.split(" | ")[4].endswith(" MB")
+    assert "Bake Again | nim.view_rendered | Up to date | Light lands on Floor: hidden meanwhile, a copy shines" in text
+    assert "Caustics baked onto Floor, hidden now behind copies that shine: " in capfd.readouterr().out
+    assert text.split(" | ")[4].startswith("1 million photons in ") and text.split(" | ")[4].endswith(" MB")
     assert press("nim.clear_caustics") == {"FINISHED"}
     assert names() == before
     assert not scene.objects["Floor"].hide_render
@@ -275,7 +276,7 @@ def test_stopped_early_nothing_is_changed_and_after_two_rounds_the_rest_is_kept(
         press.tick(scene)
     assert press.run.part == 0.5 and "left" in press.run.text()
     assert press.stop() == {"FINISHED"}
-    assert "onto Floor: 0.5 million photons" in reports[-1][1]
+    assert "onto Floor, hidden now behind copies that shine: 0.5 million photons" in reports[-1][1]
     assert "Up to date" in drawn(scene)
     assert caustics_bake.NIM_OT_bake_caustics.poll(bpy.context)  # there are more to trace
 

@@ -11,6 +11,7 @@ import bpy
 from nim_addon import ui
 from nim_addon.cycles.closures import CLOSURES
 from nim_addon.cycles.material import interface_material
+from nim_addon.cycles.visibility import CAUSTICS_MARK
 from nim_addon.physics import Medium
 from nim_addon.ui import translations, warnings
 from nim_addon.ui.light_settings import LEGENDS
@@ -184,3 +185,9 @@ def test_the_panel_shows_what_modifiers_and_instances_wear(addon):
     assert read_off(maker)[0] == "Maker: Mine" and read_off(cube)[0] == "Cube: Mine"
     cube.data.materials[0] = interface_material("Own", Medium(-2.0), backend="nodes")
     assert read_off(cube)[0] == "Cube: Own"
+
+
+def test_the_panel_says_of_a_copy_that_shines_that_its_surface_is_hidden(addon):
+    cube = bpy.data.objects["Cube"]
+    cube[CAUSTICS_MARK] = True  # as a bake does with its copies
+    assert read_off(cube)[0].startswith("Cube shines for a surface that is hidden meanwhile: change that, not this.")

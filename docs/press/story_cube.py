@@ -163,7 +163,8 @@ def caustics():
 @step(wait=rendered(25))
 def caustics_seen():
     press("view3d.view_camera")
-    shading("RENDERED")
+    press("nim.view_rendered")
+    shading("RENDERED")  # without overlays
 
 
 @step(wait=2, shot=False)

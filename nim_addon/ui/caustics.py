@@ -107,7 +107,7 @@ def _draw_known(layout, context, known):
             time=duration(report["seconds"]),
             size=max(report["megabytes"], 1),
         )
-        column.label(text=text, icon="BLANK1", translate=False)
+        draw_sentence(column, context, text, "BLANK1")
     none = pgettext_iface("No lamp shines here: add a sun, a point, a spot or an area")
     if known.lamps:
         none = pgettext_iface(

@@ -82,9 +82,10 @@ class Said:
         decided, scene = session.request, session.scene
         later = newer(Path(known(decided.blend).file))
         wrong = [f"it was saved by Blender {later}, and this is older; what is new there is lost."] if later else []
-        if session.own.engine != "Cycles":
-            wrong.append(f"{session.own.engine} is its engine; Cycles renders it, which alone bends a ray backwards.")
-        if session.own.denoised and not (decided.denoise or self.noisy):
+        own = known(session.own)
+        if own.engine != "Cycles":
+            wrong.append(f"{own.engine} is its engine; Cycles renders it, which alone bends a ray backwards.")
+        if own.denoised and not (decided.denoise or self.noisy):
             wrong.append(
                 "it is denoised, and this Blender was built without OpenImageDenoise; the picture keeps its noise."
             )

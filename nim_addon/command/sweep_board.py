@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING
 
 from ..base.streams import opened
 from ..base.text import duration, printable
-from ..sweeps.state import SAMPLE
 from .report import Bar, note
 
 if TYPE_CHECKING:
@@ -32,7 +31,7 @@ class Board:
     def __init__(self, state: State, *, quiet: bool = False, progress: bool = False) -> None:
         self.state, self.quiet, self.progress = state, quiet, progress
         self.shown = sys.stderr.isatty() and not (quiet or progress)
-        self._drawn = 0
+        self._drawn, self._told = 0, False
         self._over = threading.Event()
         self._ticker = threading.Thread(target=self._tick, daemon=True)
 
@@ -56,14 +55,19 @@ class Board:
 
     def ended(self, order: Order, outcome: Outcome) -> None:
         """An order has ended."""
-        done = self.state.done + self.state.failed
-        if done == SAMPLE < self.state.total and not self.quiet and not self.progress:
-            left = self.state.left()
-            assert left is not None
-            self._clear()
-            note(f"{SAMPLE} of {self.state.total} are rendered; the others take about {duration(left)}.")
         if self.progress:
             self._print({"key": outcome.key, "task": order.task.title, "seconds": round(outcome.seconds, 3)})
+        if self.state.estimate and not self._told:
+            self._told = True
+            self._tell(self.state.estimate)
+
+    def _tell(self, estimate):
+        if self.progress:
+            self._print({"estimate": {**estimate._asdict(), "seconds": round(estimate.seconds, 1)}})
+        elif not self.quiet:
+            self._clear()
+            workers = f"{estimate.workers} worker{'s' * (estimate.workers > 1)}"
+            note(f"the other {estimate.tasks} take about {duration(estimate.seconds)} on {workers}.")
 
     def end(self, files: Iterable[Path]) -> None:
         """These files are there."""

@@ -14,7 +14,8 @@ from . import page, results, sheet, table
 from .children import Outcome
 from .orders import Engine, Order
 from .plan import Task, pictures
-from .state import SAMPLE, State
+from .sample import Sample
+from .state import State
 
 PATIENCE = 60  # seconds until what another machine has written must be seen here
 
@@ -48,15 +49,15 @@ def render(
     tasks: Sequence[Task], folder: Path, engine: Engine, state: State, ended: Ended | None = None
 ) -> list[Problem]:
     """The first half of carry_out(): parts stay parts."""
-    orders = [Order(task) for task in first_some(results.to_do(folder, tasks))]
-    return _carry_out(orders, folder, engine, state, ended)
+    state.sample = Sample(results.to_do(folder, tasks))
+    return _carry_out([Order(task) for task in state.sample.tasks], folder, engine, state, ended)
 
 
 def _carry_out(orders, folder, engine, state, ended):
     state.total += len(orders)
     problems, done = [], []
     for order, outcome in engine(orders, folder, state) if orders else ():
-        state.ended(outcome.problem)
+        state.ended(order, outcome)
         if outcome.problem:
             problems.append(Problem(order.task, outcome.problem))
         else:
@@ -101,14 +102,6 @@ def _title(shown):
     request = shown[0].request
     varied = ", ".join(dict.fromkeys(key for task in shown for key in task.values))
     return f"{request.scene or request.name}{f' by {varied}' if varied else ''}"
-
-
-def first_some(tasks: Sequence[Task]) -> list[Task]:
-    """The tasks with the first, the middle and the last one before all others: by them the time is told."""
-    if len(tasks) <= SAMPLE:
-        return list(tasks)
-    places = [0, len(tasks) // 2, len(tasks) - 1]
-    return [tasks[place] for place in places] + [task for place, task in enumerate(tasks) if place not in places]
 
 
 def _merges(tasks, folder):

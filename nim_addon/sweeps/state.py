@@ -17,7 +17,9 @@ from ..base import records
 from ..base.files import whole, writable_folder
 
 if TYPE_CHECKING:
+    from .children import Outcome
     from .orders import Order  # which needs Blender, as who asks how far a sweep is does not
+    from .sample import Estimate, Sample
 
 try:
     import fcntl
@@ -25,17 +27,22 @@ except ImportError:  # on Windows nothing tells a dead process' lock from a livi
     fcntl = None
 
 FILE, LOCK = "state.json", ".lock"
-SAMPLE = 3  # orders by which the time is told that all of them take
 EVERY = 1.0  # seconds between two looks at the file
+TRUST = 3  # orders that have ended for which an estimate counts
 
 
 class State:
-    """What becomes of the orders of a sweep, as a Watch is told; written to its folder about once a second where `kept`."""
+    """What becomes of the orders of a sweep, as a Watch is told; written to its folder about once a second where `kept`.
+
+    sample:   the tasks by which its time is told; estimate: what they tell, once they have ended
+    """
 
     def __init__(self, folder: Path, total: int, *, kept: bool = True) -> None:
         self.folder, self.total, self.kept = folder, total, kept
         self.done, self.failed = 0, 0
-        self.started = time.monotonic()
+        self.sample: Sample | None = None
+        self.estimate: Estimate | None = None
+        self._since = time.monotonic(), 0  # that time is counted, and how many orders had ended then
         self._workers: dict[str, dict] = {}
         self._written, self._lock = 0.0, threading.Lock()
 
@@ -51,16 +58,25 @@ class State:
             self._workers[worker] = {"task": order.task.title, "done": done, "total": total}
         self.write()
 
-    def ended(self, problem: str | None) -> None:
+    def ended(self, order: Order, outcome: Outcome) -> None:
         """An order has ended."""
+        failed = outcome.problem is not None
         with self._lock:
-            self.done, self.failed = self.done + (problem is None), self.failed + (problem is not None)
+            self.done, self.failed = self.done + (not failed), self.failed + failed
+            workers = max(1, len(self._workers))
+        if self.sample and not self.estimate:
+            self.sample.ended(order.task, None if failed else outcome.seconds)
+            self.estimate = said = self.sample.estimate(workers)
+            if said:  # from here on the sample, which may have been slow, counts as the estimate has it
+                pace = said.seconds / said.tasks
+                self._since = time.monotonic() - TRUST * pace, self.done + self.failed - TRUST
         self.write()
 
     def left(self) -> float | None:
         """Seconds that it takes still, by what it took so far; None before the first has ended."""
+        since, before = self._since
         ended = self.done + self.failed
-        return (time.monotonic() - self.started) / ended * (self.total - ended) if ended else None
+        return (time.monotonic() - since) / (ended - before) * (self.total - ended) if ended else None
 
     def record(self) -> dict:
         """All that as JSON-ready values."""

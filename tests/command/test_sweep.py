@@ -5,6 +5,7 @@ import csv
 import json
 import os
 import random
+import re
 import signal
 import subprocess
 import sys
@@ -188,6 +189,27 @@ def test_lines_of_a_plan_and_then_all_of_it(nimray, tmp_path):
     assert nimray("sweep", file, "--lines", "6-7").stderr == "nimray: --lines 6-7: the plan has 6.\n"
     done = nimray("sweep", file, "--progress")
     assert json.loads(done.stdout.splitlines()[-2])["total"] == 3, done.stderr  # three pictures to be put together
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_the_time_is_told_by_three_of_them_before_the_rest(nimray, tmp_path, workers):
+    words = ("sweep", "sphere", "--vary", "samples=1,2,3,4,5,6,64", "--size", "24x18", "--caustics", "path")
+    done = nimray(*words, "--progress", "--workers", workers, where=tmp_path)
+    said = [json.loads(line) for line in done.stdout.splitlines()]
+    ended = [line for line in said if "key" in line or "estimate" in line]
+    place, estimate = next((place, line["estimate"]) for place, line in enumerate(ended) if "estimate" in line)
+    seconds = {line["task"].removeprefix("samples = "): line["seconds"] for line in ended if "key" in line}
+    before = {line["task"].removeprefix("samples = ") for line in ended[:place]}
+    assert place >= 3 and {"1", "4", "64"} <= before and len(seconds) == 7, done.stderr
+    assert estimate["tasks"] == 7 - place and estimate["workers"] == workers
+    expected = (seconds["1"] + 4 * seconds["4"] + seconds["64"]) / 6 * (7 - place) / workers
+    assert estimate["seconds"] == pytest.approx(expected, abs=0.06)
+    if workers == 1:
+        assert [line["task"] for line in ended[:place]] == [f"samples = {count}" for count in (1, 4, 64)]
+    else:
+        more = ("sweep", "sphere", "--vary", "samples=8:14:1", "--size", "24x18", "--caustics", "path")
+        done = nimray(*more, "--workers", 2, where=tmp_path)
+        assert re.search(r"^nimray: the other [1-4] take about 0:\d\d on 2 workers.$", done.stderr, re.MULTILINE)
 
 
 def test_ctrl_c_ends_all_within_two_seconds_and_the_same_command_goes_on(nimray, tmp_path):

@@ -27,16 +27,16 @@ def write(
     """
     axes = [(key, list(dict.fromkeys(line.get(key, "") for line in lines))) for key in keys]
     places = [{value: place for place, value in enumerate(values)} for _, values in axes]
-    shown = ("key", "seconds", "host", "nimray", "blender", "backend", *measured)
-    rows = [
-        {
-            "at": [at[line.get(key, "")] for at, key in zip(places, keys, strict=True)],
-            "picture": str(Path(line["file"]).with_suffix(".png").as_posix()),
-            "facts": {name: line[name] for name in shown if line.get(name) is not None},
-        }
-        for line in lines
-    ]
+    at = [[of[line.get(key, "")] for line in lines] for of, key in zip(places, keys, strict=True)]
+    shown = ("file", "seconds", "host", "nimray", "blender", "backend", *measured)
+    facts = {name: _column([line.get(name) for line in lines]) for name in shown}
     # no text of the data may end its element
-    data = json.dumps({"axes": axes, "rows": rows, "measured": list(measured)}).replace("<", "\\u003c")
+    data = json.dumps({"axes": axes, "at": at, "facts": facts, "measured": list(measured)}).replace("<", "\\u003c")
     text = TEMPLATE.read_text(encoding="utf-8").replace("@TITLE@", html.escape(title)).replace("@DATA@", data)
     return whole(Path(folder).expanduser() / FILE, lambda part: part.write_text(text, encoding="utf-8"))
+
+
+def _column(values):
+    """Values as the page holds them, numbers as exactly as it shows them; one alone where all are the same."""
+    held = [float(f"{value:.6g}") if isinstance(value, float) else value for value in values]
+    return held[0] if len(set(held)) == 1 else held

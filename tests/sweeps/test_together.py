@@ -127,37 +127,72 @@ def test_the_page_holds_the_data_whatever_it_says(done, tmp_path):
     text = page.write(tmp_path, "sphere by <n>", lines, ["n"], ["mean"]).read_text()
     assert text.count("</script>") == 2 and "<title>sphere by &lt;n&gt;</title>" in text
     data = json.loads(re.search(r'id="data">(.*?)</script>', text)[1])
-    assert data["axes"] == [["n", list(COLORS)]] and data["rows"][0]["facts"]["host"] == "</script><b>"
+    assert data["axes"] == [["n", list(COLORS)]] and data["facts"]["host"][:2] == ["</script><b>", "here"]
+    assert (data["facts"]["backend"], data["facts"]["mean"]) == ("nodes", [0.333333, 0.333333, 0.333333, 0.666667])
     assert "http" not in text.replace("http://www.w3.org/2000/svg", "")  # no network
+
+
+def seen(file, address="", script=""):
+    """What a browser makes of a page, once a script has run in it: its document as text."""
+    copy = file.with_name("tried.html")
+    copy.write_text(file.read_text().replace("</html>", f"<script>{script}</script></html>"))
+    words = ["chromium", "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={file.parent / 'browser'}"]
+    done = subprocess.run(
+        [*words, "--dump-dom", f"{copy.as_uri()}{address}"], capture_output=True, text=True, timeout=120
+    )
+    return done.stdout
+
+
+def shown(dom):
+    """What the picture of a page is called, and its file."""
+    return re.search(r'<img id="picture" alt="([^"]*)" src="([^"]*)"', dom).groups()
+
+
+def slide(**values):
+    """A script that moves sliders to places."""
+    return "".join(
+        f'{{ const s = document.querySelector("input[name={name}]"); s.value = {place};'
+        ' for (const told of ["input", "change"]) s.dispatchEvent(new Event(told)); }'
+        for name, place in values.items()
+    )
 
 
 @pytest.mark.skipif(not shutil.which("chromium"), reason="needs a browser, chromium")
 def test_the_page_in_a_browser(done, tmp_path):
     """Its sliders show the picture of the values that they stand at, and so does its address."""
     lines = table.rows(tmp_path, done, ["red"])
+    lines[1]["red"] = None  # what could not be measured
     file = page.write(tmp_path, "sphere by n", lines, ["n"], ["red"])
-
-    def seen(address, script=""):
-        copy = tmp_path / "tried.html"
-        copy.write_text(file.read_text().replace("</html>", f"<script>{script}</script></html>"))
-        words = ["chromium", "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path / 'browser'}"]
-        done = subprocess.run(
-            [*words, "--dump-dom", f"{copy.as_uri()}{address}"], capture_output=True, text=True, timeout=120
-        )
-        return done.stdout
-
-    def shown(dom):
-        return re.search(r'<img id="picture" alt="([^"]*)" src="([^"]*)"', dom).groups()
-
     files = [results.image_of(tmp_path, task).relative_to(tmp_path).with_suffix(".png").as_posix() for task in done]
-    assert shown(seen("")) == ("n = -2", files[0])
-    assert shown(seen("#n=1")) == ("n = 1", files[2])
-    slide = 'const s = document.querySelector("input"); s.value = 3; s.dispatchEvent(new Event("input"));'
-    dom = seen("", slide)
-    assert shown(dom) == ("n = 2", files[3])
-    assert dom.count("<circle") == 4 and "<polyline" in dom
-    missing = seen("#n=1", "found.clear(); show();")
+    first = seen(file)
+    assert shown(first) == ("n = -2", files[0]) and "<td>red</td><td>1</td>" in first
+    second = seen(file, "#n=-1")
+    assert shown(second) == ("n = -1", files[1]) and "<td>host</td><td>here</td>" in second
+    assert "<td>red</td>" not in second and second.count("<circle") == 3
+    told = "document.title = location.hash + document.querySelector('g circle').getAttribute('cx');"
+    dom = seen(file, "", slide(n=3) + told)
+    assert shown(dom) == ("n = 2", files[3]) and "<title>#n=2780</title>" in dom  # the mark is at the curve's end
+    assert dom.count("<circle") == 4 and dom.count("<polyline") == 1
+    missing = seen(file, "#n=1", "found.clear(); show();")
     assert '<p id="missing">' in missing
+
+
+@pytest.mark.skipif(not shutil.which("chromium"), reason="needs a browser, chromium")
+def test_a_page_of_many_pictures_in_a_browser(tmp_path):
+    """A point of a grid has its own picture, facts and curve, and a curve of many points is few of them."""
+    lines = [
+        {"n": str(n), "mu": str(mu), "file": f"images/{n}-{mu}.exr", "seconds": n + mu / 4, "red": 1.0 * (n == 777) + mu}
+        for n in range(5000)
+        for mu in range(2)
+        if (n, mu) != (3, 1)
+    ]
+    file = page.write(tmp_path, "sphere by n, mu", lines, ["n", "mu"], ["red"])
+    dom = seen(file, "", slide(n=1234, mu=1))
+    assert shown(dom) == ("n = 1234, mu = 1", "images/1234-1.png") and "<td>seconds</td><td>1234.25</td>" in dom
+    ((points,), (label,)) = re.findall(r'points="([^"]*)"', dom), re.findall(r'x="54" y="34"[^>]*>([^<]*)', dom)
+    heights = {point.split(",")[1] for point in points.split()}
+    assert len(points.split()) <= 1600 and heights == {"30", "150"} and label == "2"  # the one that differs is in it
+    assert '<p id="missing">' in seen(file, "#n=3&mu=1")
 
 
 def test_a_plan_in_two_versions_of_blender_is_named(done, tmp_path):

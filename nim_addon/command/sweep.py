@@ -150,13 +150,12 @@ def _started_ahead(arguments, stack) -> Child | None:
 def _run(arguments, first) -> int | None:
     blender.load()
     from ..figures.quantities import quantity
+    from ..renders.asked import known
     from ..sweeps import film, plan
     from ..sweeps.state import alone
 
     with refused():
         measured = [quantity(name.strip()).name for name in (arguments.measure or "").split(",") if name.strip()]
-        if arguments.film is not None:
-            film.check(arguments.film)
     folder = _path(arguments.out)
     if arguments.what.endswith(".jsonl"):
         file = _path(arguments.what)
@@ -171,6 +170,8 @@ def _run(arguments, first) -> int | None:
         return _carry_out_lines(tasks, arguments, folder, first)
     with refused():
         plan.check(tasks)
+        if arguments.film is not None:
+            film.check(arguments.film, known(tasks[0].request.size))
         tasks = list({task.key: task for task in (*tasks, *plan.probes(tasks, measured))}.values())
     with alone(folder) as folder:
         file = plan.write(folder, tasks)

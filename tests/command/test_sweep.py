@@ -110,6 +110,10 @@ def test_what_a_plan_holds(nimray, tmp_path):
         (("sphere", "--on", "slurm=x"), "is no place"),
         (("sphere", "--film", "a\nb.mp4"), "cannot name a file"),
         (("sphere", "--film", ""), "no film that can be made"),
+        (
+            ("sphere", "--film", "f.mp4", "--size", "20x15"),
+            "no film can be made of 20 x 15 pixels; 16 x 16 are the least",
+        ),
         (("sphere", "--on", "dask="), "--on 'dask=' names no scheduler; write it like dask=tls://host:8786"),
         (("sphere", "--on", "dask=host"), "names no scheduler"),
         (("sphere", "--on", "dask=http://host:80"), "names no scheduler"),

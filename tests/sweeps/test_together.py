@@ -96,26 +96,68 @@ def test_the_film_has_the_pictures_as_frames(done, tmp_path, suffix):
 
 def test_a_film_of_another_kind_is_refused():
     with pytest.raises(ValueError, match=r"name it .mp4, .webm or .mkv"):
-        film.check("sweep.gif")
+        film.check("sweep.gif", (24, 18))
     with pytest.raises(ValueError, match="cannot name a file"):
-        film.check("swe\nep.mp4")
+        film.check("swe\nep.mp4", (24, 18))
+    for size in ((24, 15), (15, 24)):
+        with pytest.raises(ValueError, match="16 x 16 are the least"):
+            film.check("sweep.mp4", size)
+    film.check("sweep.mp4", (16, 16))
 
 
-def test_the_frames_of_a_film_are_in_order(done, tmp_path):
-    pictures = [results.image_of(tmp_path, task).with_suffix(".png") for task in done]
-    file = film.write(tmp_path / "film.mkv", pictures, 24)  # without loss
+def frames_of(file, size, count):
+    """The frames of a film, arrays (H, W, 3)."""
     scene = bpy.data.scenes.new("Film")
-    scene.render.resolution_x, scene.render.resolution_y = 24, 18
+    scene.render.resolution_x, scene.render.resolution_y = size
     scene.view_settings.view_transform = "Raw"
     editor = scene.sequence_editor_create()
     strips = editor.strips if hasattr(editor, "strips") else editor.sequences
     strips.new_movie("film", str(file), channel=1, frame_start=1)
-    for frame, color in enumerate(COLORS.values(), 1):
+    found = []
+    for frame in range(1, count + 1):
         scene.frame_set(frame)
         with bpy.context.temp_override(scene=scene):  # else it is rendered at the frame of the scene that is shown
-            found = pixels_of(scene)
-        assert np.abs(found.mean(axis=(0, 1)) - color).max() < 0.02
+            found.append(pixels_of(scene)[..., :3])
     bpy.data.scenes.remove(scene)
+    return found
+
+
+def test_the_frames_of_a_film_are_in_order(done, tmp_path):
+    pictures = [results.image_of(tmp_path, task).with_suffix(".png") for task in done]
+    assert len({picture.parent for picture in pictures}) > 1
+    file = film.write(tmp_path / "film.mkv", pictures, 24)  # without loss
+    for found, color in zip(frames_of(file, (24, 18), 4), COLORS.values(), strict=True):
+        assert np.abs(found.mean(axis=(0, 1)) - color).max() < 0.02
+
+
+def test_a_film_of_pictures_of_other_sizes_and_of_one_that_is_missing(tmp_path):
+    """It has the size of the first, made even; a smaller one lies in the middle, a larger one is cut, what is none is magenta."""
+    handlers = len(bpy.app.handlers.render_pre)
+    sizes, pictures = [(33, 25), (17, 17), None, (65, 49)], []
+    for number, size in enumerate(sizes):
+        pictures.append(tmp_path / f"{number}.png")
+        if size:
+            image = oiio.ImageBuf(oiio.ImageSpec(*size, 3, oiio.UINT8))
+            oiio.ImageBufAlgo.fill(image, (1.0, 0.0, 0.0))
+            image.write(str(pictures[-1]))
+    file = film.write(tmp_path / "film.mkv", pictures, 24)
+    clip = bpy.data.movieclips.load(str(file))
+    assert tuple(clip.size) == (32, 24)
+    bpy.data.movieclips.remove(clip)
+    first, small, none, large = frames_of(file, (32, 24), 4)
+    for whole in (first, large):
+        assert whole.shape == (24, 32, 3) and whole[..., 0].min() > 0.95 and whole[..., 1:].max() < 0.05
+    assert none[12, 16, 0] > 0.3 and none[12, 16, 2] > 0.3 and none[..., 1].max() < 0.05
+    assert len(bpy.app.handlers.render_pre) == handlers
+    assert small[6:18, 10:22, 0].min() > 0.95 and max(small[:2].max(), small[:, :6].max(), small[:, -6:].max()) < 0.05
+
+
+def test_a_film_that_blender_does_not_write_is_said(tmp_path):
+    picture = tmp_path / "small.png"
+    oiio.ImageBuf(oiio.ImageSpec(8, 6, 3, oiio.UINT8)).write(str(picture))
+    with pytest.raises(RuntimeError, match=r"^Blender did not write the film: Image too small\.$"):
+        film.write(tmp_path / "film.mp4", [picture], 24)
+    assert [file.name for file in tmp_path.iterdir()] == ["small.png"]
 
 
 # ------------------------------------------------------------------------------------------------ the page
@@ -181,7 +223,13 @@ def test_the_page_in_a_browser(done, tmp_path):
 def test_a_page_of_many_pictures_in_a_browser(tmp_path):
     """A point of a grid has its own picture, facts and curve, and a curve of many points is few of them."""
     lines = [
-        {"n": str(n), "mu": str(mu), "file": f"images/{n}-{mu}.exr", "seconds": n + mu / 4, "red": 1.0 * (n == 777) + mu}
+        {
+            "n": str(n),
+            "mu": str(mu),
+            "file": f"images/{n}-{mu}.exr",
+            "seconds": n + mu / 4,
+            "red": 1.0 * (n == 777) + mu,
+        }
         for n in range(5000)
         for mu in range(2)
         if (n, mu) != (3, 1)

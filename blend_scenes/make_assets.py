@@ -67,11 +67,6 @@ SCENES = (
         "A glass that a NIM fills to the brim, with a straw in it that bends the other way",
     ),
     (
-        "NIM Prism before a Screen",
-        "prism",
-        "A prism of a NIM that a slit shines through, and the screen that its light falls on",
-    ),
-    (
         "Flat Lens in its Frame",
         "lens",
         "A plate of n = -1 that shows what is behind it nearer, upright and of the same size",

@@ -67,7 +67,7 @@ class Blend:
 
     def record(self) -> dict[str, object]:
         """A dict of JSON-ready values that from_record() takes back."""
-        own = {"file": self.file, "scene": self.scene, "sha256": self.sha256}
+        own: dict[str, object] = {"file": self.file, "scene": self.scene, "sha256": self.sha256}
         return {**own, "libraries": dict(self.libraries)} if self.libraries else own
 
     def append(self) -> bpy.types.Scene:

@@ -9,6 +9,7 @@ from bpy_extras.object_utils import object_data_add
 from ..cycles.closures import closure_of, preview
 from ..cycles.surface import show_in_eevee
 from ..cycles.visibility import source_of
+from .help import fail
 from .translations import OWN
 
 
@@ -40,8 +41,7 @@ class Addition:
         try:
             told = self.add(context)
         except (ValueError, RuntimeError) as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            return fail(self, str(error))
         self.report({"INFO"}, told)
         return {"FINISHED"}
 

@@ -15,6 +15,7 @@ from bpy.app.translations import pgettext_rpt as rpt_
 from ..base.options import BACKEND_NAMES
 from ..base.processes import second_blender
 from ..cycles import verify
+from .help import fail
 
 MODULE = "command.check"  # what the second Blender runs, so that this one stays free and its file untouched
 INTERVAL = 0.2  # seconds between two looks at it
@@ -127,15 +128,13 @@ class NIM_OT_check_blender(bpy.types.Operator):
         try:
             check.start()
         except OSError as error:
-            self.report({"ERROR"}, rpt_("A second Blender could not be started: {reason}").format(reason=error))
-            return {"CANCELLED"}
+            return fail(self, rpt_("A second Blender could not be started: {reason}").format(reason=error))
         if not bpy.app.background:
             bpy.app.timers.register(_poll_check, first_interval=INTERVAL, persistent=True)
             return {"FINISHED"}
         check.finish()
         if check.answer is None:
-            self.report({"ERROR"}, rpt_("The check did not run: {reason}").format(reason=check.error))
-            return {"CANCELLED"}
+            return fail(self, rpt_("The check did not run: {reason}").format(reason=check.error))
         self.report({"INFO"}, verdict(check.answer["verify"]))
         return {"FINISHED"}
 

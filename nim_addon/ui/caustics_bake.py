@@ -17,6 +17,7 @@ from ..base.text import duration
 from ..caustics import MILLION, frames
 from ..caustics.digest import digest
 from . import caustics_looks, escape, viewport
+from .help import explained
 
 ROUND = 1 << 18  # photons of a round, at most: a window does not answer meanwhile
 LEAST_ROUNDS = 2  # of which caustics can be made: either half of them smooths the other
@@ -168,7 +169,7 @@ class Press:
                 return self._keep()
         except (ValueError, RuntimeError, OSError) as error:
             drop()
-            self.report({"ERROR"}, str(error))
+            self.report({"ERROR"}, explained("nim.bake_caustics", str(error)))
             return {"CANCELLED"}
         except ReferenceError:
             drop()

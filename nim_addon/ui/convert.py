@@ -12,6 +12,7 @@ from ..cycles.surface import remove_material
 from ..cycles.visibility import CAUSTICS_MARK, SURFACES, declared, materials_of
 from ..physics import Interface, Medium
 from . import curves, former, preferences, warnings
+from .help import fail
 from .material import draw_make, draw_media, draw_readings, draw_summary
 from .material_values import active_node
 from .media import (
@@ -229,8 +230,7 @@ class NIM_OT_convert(bpy.types.Operator):
             media = {object_: self._media(object_, places[object_], inside) for object_ in free}
             made = self._materials(context, free[0].name, media)
         except (ValueError, RuntimeError) as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            return fail(self, str(error))
         for object_ in free:
             convert(object_, {place: made[n] for place, n in media[object_].items()}, close=self.close)
         indices = ", ".join(number(medium.n) for medium in made)
@@ -304,8 +304,7 @@ class NIM_OT_revert(bpy.types.Operator):
         """Take back those that can be, and name those that cannot."""
         refused, free = _told_apart([object_ for object_ in _selected(context) if converted(object_)])
         if not free:
-            self.report({"ERROR"}, _refusals(refused))
-            return {"CANCELLED"}
+            return fail(self, _refusals(refused))
         for object_ in free:
             take_back(object_)
         said = pgettext_rpt("{count} given their former materials").format(count=len(free))

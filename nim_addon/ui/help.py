@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import fnmatch
+
 import bpy
 from bpy.app.translations import pgettext_rpt as rpt_
 
@@ -41,6 +43,24 @@ MANUAL = (
     ("bpy.types.nim_pg_glass.*", "scenes"),
     ("bpy.types.nim_pg_*", "material#the-panel"),
 )
+
+
+def section_of(operator: str) -> str:
+    """The page, and its section, that tell of an operator, such as "nim.mend", as MANUAL has them."""
+    return next(page for pattern, page in MANUAL if fnmatch.fnmatchcase(f"bpy.ops.{operator}", pattern))
+
+
+def explained(operator: str, sentence: str) -> str:
+    """What went wrong, translated already, with the section of the pages that tells of the operator."""
+    title = section_of(operator).rpartition("#")[2].replace("-", " ").capitalize()
+    end = "" if sentence.endswith((".", "?", "!")) else "."
+    return f"{sentence}{end} " + rpt_('See "{}" in the help (?).').format(title)
+
+
+def fail(operator: bpy.types.Operator, sentence: str) -> set[str]:
+    """Report why an operator did not do what it is for, and where that is explained; returns what its execute() returns."""
+    operator.report({"ERROR"}, explained(type(operator).bl_idname, sentence))
+    return {"CANCELLED"}
 
 
 class NIM_OT_help(bpy.types.Operator):

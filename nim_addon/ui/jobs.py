@@ -21,6 +21,7 @@ from ..base.text import duration
 from ..renders.request import Request
 from ..scenes import SCENES
 from . import preferences, scenes
+from .help import fail
 from .panels import Sidebar, draw_sentence
 from .scene_settings import NIM_PG_scenes, backend_of, parameters_of, samples_of
 
@@ -252,11 +253,9 @@ class Start:
             work = work_of(bpy.context.scene.nim_scenes, folder)
             start(work, folder)
         except ValueError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            return fail(self, str(error))
         except OSError as error:
-            self.report({"ERROR"}, pgettext_rpt("A second Blender could not be started: {}").format(error))
-            return {"CANCELLED"}
+            return fail(self, pgettext_rpt("A second Blender could not be started: {}").format(error))
         self.report({"INFO"}, pgettext_rpt("Rendering {} in the background").format(work.title))
         return {"FINISHED"}
 
@@ -324,8 +323,7 @@ class NIM_OT_open_result(_OfResult, bpy.types.Operator):
     def execute(self, context):
         file = next(file for file in reversed(_job.files) if file.suffix in (".png", ".exr"))  # a sweep has others
         if not file.is_file():
-            self.report({"ERROR"}, pgettext_rpt("There is no {} any more; was it moved?").format(file))
-            return {"CANCELLED"}
+            return fail(self, pgettext_rpt("There is no {} any more; was it moved?").format(file))
         image = bpy.data.images.load(str(file), check_existing=True)
         image.reload()
         if not bpy.app.background:
@@ -371,8 +369,7 @@ class NIM_OT_open_folder(_OfResult, bpy.types.Operator):
         try:
             bpy.ops.wm.path_open(filepath=str(_job.folder))
         except (RuntimeError, OSError):
-            self.report({"ERROR"}, pgettext_rpt("The folder {} cannot be opened.").format(_job.folder))
-            return {"CANCELLED"}
+            return fail(self, pgettext_rpt("The folder {} cannot be opened.").format(_job.folder))
         self.report({"INFO"}, pgettext_rpt("Opened {}").format(_job.folder))
         return {"FINISHED"}
 

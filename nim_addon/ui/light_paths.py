@@ -6,6 +6,7 @@ from bpy.app.translations import pgettext_rpt
 
 from ..cycles.visibility import as_rendered
 from . import light_curves, light_handle, light_live, light_sources, live_look
+from .help import fail
 from .light_settings import Settings, draw_settings
 from .light_tracing import follow, surfaces_of, warning
 from .panels import Sidebar, draw_sentence
@@ -40,8 +41,7 @@ class NIM_OT_light_paths(Settings, bpy.types.Operator):
                 starts = light_sources.starts(context, self, surfaces, depsgraph)
                 drawn = {source: follow(surfaces, start, self) for source, start in starts.items()}
         except ValueError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            return fail(self, str(error))
         for source, paths in drawn.items():
             light_curves.draw(context.scene, source, paths, self.thickness, self.through)
         for name in Settings.__annotations__:

@@ -12,6 +12,7 @@ from ..cycles.material import interface_nodes, osl_available, switch_backend
 from ..physics import Medium
 from ..physics.refractiveindex import SUFFIXES, load
 from . import backends, curve, warnings
+from .help import fail
 from .material_media import medium_node_of, sockets_by_output
 from .material_values import (
     SYMBOLS,
@@ -265,11 +266,9 @@ class NIM_OT_switch_backend(bpy.types.Operator):
         )
         if not interface_nodes(material):
             text = pgettext_rpt("{name} is no material with an interface that can be changed here")
-            self.report({"ERROR"}, text.format(name=repr(self.material)))
-            return {"CANCELLED"}
+            return fail(self, text.format(name=repr(self.material)))
         if self.backend == "osl" and not osl_available():
-            self.report({"ERROR"}, pgettext_rpt(backends.OSL_MISSING))
-            return {"CANCELLED"}
+            return fail(self, pgettext_rpt(backends.OSL_MISSING))
         used = backend_for(context.scene, self.backend)
         switch_backend(material, used)
         names = {"osl": "OSL", "nodes": pgettext_rpt("Blender's own nodes")}
@@ -314,15 +313,13 @@ class NIM_OT_medium_file(bpy.types.Operator):
         material = bpy.data.materials.get((self.material, None))
         if active_node(material) is None or not material.is_editable:
             text = pgettext_rpt("{name} is no material with an interface that can be changed here")
-            self.report({"ERROR"}, text.format(name=repr(self.material)))
-            return {"CANCELLED"}
+            return fail(self, text.format(name=repr(self.material)))
         path = bpy.path.abspath(self.filepath)
         try:
             medium = Medium.dispersive(load(path, Path(path).name))
             choose_medium(material, self.side, medium)
         except ValueError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            return fail(self, str(error))
         text = pgettext_rpt("{material}: {medium}, n = {n} at 550 nm")
         self.report({"INFO"}, text.format(material=material.name, medium=medium, n=number(medium.n)))
         return {"FINISHED"}

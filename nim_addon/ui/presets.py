@@ -12,6 +12,7 @@ from bpy.props import StringProperty
 from ..figures.recipes import Figure, Recipe
 from ..renders.request import Request
 from ..scenes import SCENES
+from .help import fail
 from .scene_settings import GROUPS, take
 from .translations import OWN
 
@@ -58,8 +59,7 @@ class NIM_OT_load_figure(bpy.types.Operator):
                     MENUS[self.scene].bl_label = _named(figure, recipe.caption)
                     return {"FINISHED"}
         name = f"{self.figure} {self.recipe}"
-        self.report({"ERROR"}, pgettext_rpt("{} is no preset of this scene.").format(name))
-        return {"CANCELLED"}
+        return fail(self, pgettext_rpt("{} is no preset of this scene.").format(name))
 
 
 def _named(figure, text):
@@ -89,8 +89,7 @@ class NIM_OT_load_preset(bpy.types.Operator):
         try:
             bpy.ops.script.execute_preset(filepath=self.filepath, menu_idname=self.menu_idname)
         except (RuntimeError, OSError, AttributeError):
-            self.report({"ERROR"}, pgettext_rpt("{} is no preset of this scene.").format(Path(self.filepath).name))
-            return {"CANCELLED"}
+            return fail(self, pgettext_rpt("{} is no preset of this scene.").format(Path(self.filepath).name))
         return {"FINISHED"}
 
 
@@ -123,8 +122,7 @@ class NIM_OT_preset(AddPresetBase, bpy.types.Operator):
         elif not removes and bpy.utils.preset_find(self.as_filename(name), self.preset_subdir):
             problem = pgettext_rpt("There is a preset {} already; choose another name.").format(name)
         if problem:
-            self.report({"ERROR"}, problem)
-            return {"CANCELLED"}
+            return fail(self, problem)
         done = super().execute(context)
         if "FINISHED" in done:
             template = pgettext_rpt("Removed the preset {}") if removes else pgettext_rpt("Saved the preset {}")

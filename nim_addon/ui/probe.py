@@ -12,6 +12,7 @@ from bpy.app.translations import pgettext_iface, pgettext_rpt
 from ..physics import Interface
 from ..physics.tables import HEAD, SPECTRAL_HEAD, as_csv, spectrum, table
 from . import curve
+from .help import fail
 from .material_values import active_node, interface_shown, wavelength_of
 from .panels import draw_sentence
 from .readings import percent
@@ -113,13 +114,11 @@ class NIM_OT_copy_curve(bpy.types.Operator):
         interface = interface_shown(node) if node else None
         if interface is None:
             text = pgettext_rpt("{name} is no material with an interface whose media are known")
-            self.report({"ERROR"}, text.format(name=repr(self.material)))
-            return {"CANCELLED"}
+            return fail(self, text.format(name=repr(self.material)))
         try:
             text = as_text(shown_of(context.scene, interface))
         except ValueError as error:  # a medium that is not known at that wavelength
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            return fail(self, str(error))
         context.window_manager.clipboard = text
         rows = len(text.splitlines()) - 1
         self.report(

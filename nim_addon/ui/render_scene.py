@@ -17,6 +17,7 @@ from ..base.text import fit
 from ..caustics import frames
 from ..renders.request import can_denoise
 from . import escape, jobs
+from .help import fail
 from .panels import Sidebar, draw_sentence
 
 UNSET = ("", "/tmp", "/tmp\\")  # the output path of a scene that nobody has given one
@@ -163,11 +164,9 @@ class NIM_OT_render_scene(bpy.types.Operator):
             work, folder = work_of(context.scene, self.animation)
             job = jobs.start(work, folder)
         except ValueError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            return fail(self, str(error))
         except OSError as error:
-            self.report({"ERROR"}, pgettext_rpt("The render could not be started: {}").format(error))
-            return {"CANCELLED"}
+            return fail(self, pgettext_rpt("The render could not be started: {}").format(error))
         escape.listen(escape.Listening(lambda: jobs.job() is job and job.running, jobs.end))
         said = pgettext_rpt("Rendering {} in the background").format(work.title)
         if context.scene.render.engine != "CYCLES":

@@ -12,6 +12,7 @@ from bpy.app.translations import pgettext_iface, pgettext_rpt
 from ..scenes import SCENES
 from ..scenes import stage as stages
 from . import backends, built, standing, warnings
+from .help import fail
 from .panels import Sidebar, draw_sentence
 from .presets import MENUS
 from .scene_settings import (
@@ -85,8 +86,7 @@ class NIM_OT_build_scene(bpy.types.Operator):
         try:
             scene = build(context.scene.nim_scenes)
         except (ValueError, RuntimeError) as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            return fail(self, str(error))
         if context.window:
             context.window.scene = scene
             _look_through_camera(context.window)
@@ -136,8 +136,7 @@ class NIM_OT_copy_command(bpy.types.Operator):
         try:
             line = quoted(["nimray", *render_words(context.scene.nim_scenes)])
         except ValueError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            return fail(self, str(error))
         context.window_manager.clipboard = line
         self.report({"INFO"}, pgettext_rpt("Copied: {}").format(line))
         return {"FINISHED"}

@@ -8,6 +8,7 @@ from ..checks import spectral_checks
 from ..cycles import spectral
 from ..scenes.stage import STAGE_MARK
 from . import built, warnings
+from .help import fail
 from .media import backend_for
 from .panels import Sidebar, draw_sentence
 
@@ -51,8 +52,7 @@ class NIM_OT_spectral(bpy.types.Operator):
                 try:
                     done = spectral.set_up(scene, backend_for(scene))
                 except (ValueError, RuntimeError) as error:
-                    self.report({"ERROR"}, str(error))
-                    return {"CANCELLED"}
+                    return fail(self, str(error))
                 self.report({"INFO"}, told(done))
         if scene.get(STAGE_MARK):  # one of our own scenes, which is built anew as it is now
             scene.nim_scenes.spectral = spectral.is_spectral(scene)

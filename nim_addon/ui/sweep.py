@@ -12,6 +12,7 @@ from ..scenes import SCENES
 from ..sweeps import axes, plan
 from ..sweeps.plan import Task
 from . import escape, jobs, scenes
+from .help import fail
 from .panels import Sidebar, draw_sentence
 from .scene_settings import backend_of, label_of, parameters_of
 from .translations import OWN
@@ -154,11 +155,9 @@ class NIM_OT_sweep(bpy.types.Operator):
             title = f"{folder.name} ({len(tasks)})"
             jobs.start(jobs.Work(title, words=("sweep", str(file), "--progress")), folder)
         except ValueError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            return fail(self, str(error))
         except OSError as error:
-            self.report({"ERROR"}, pgettext_rpt("The sweep could not be started: {}").format(error))
-            return {"CANCELLED"}
+            return fail(self, pgettext_rpt("The sweep could not be started: {}").format(error))
         said = pgettext_rpt("Rendering {} pictures in the background").format(len(tasks))
         if left_out:
             said += " " + pgettext_rpt("({} left out: {})").format(len(left_out), left_out[0].rstrip("."))

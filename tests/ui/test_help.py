@@ -60,3 +60,14 @@ def test_the_button_opens_the_page(addon, press, monkeypatch, tmp_path):
     (tmp_path / "nim_addon" / "docs" / "material.html").touch()
     assert press("nim.help", page="material#checks") == {"FINISHED"}
     assert opened[-1] == (tmp_path / "nim_addon" / "docs" / "material.html").as_uri() + "#checks"
+
+
+def test_an_operator_that_fails_names_the_section_that_explains_it(addon, press):
+    with pytest.raises(RuntimeError) as caught:
+        press("nim.load_figure", scene="glass", figure="9.9", recipe="none")
+    said = "9.9 none is no preset of this scene."
+    assert str(caught.value).strip() == f'Error: {said} See "Presets" in the help (?).'
+    assert pages.explained("nim.render_scene", "Why").startswith('Why. See "Render in the background"')
+    for cls in OURS:
+        if issubclass(cls, bpy.types.Operator):
+            assert is_there(pages.section_of(cls.bl_idname))

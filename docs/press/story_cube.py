@@ -294,7 +294,7 @@ def eevee():
 def render_this():
     shading("SOLID")
     scene = lab.window().scene
-    scene.render.resolution_percentage, scene.cycles.samples = 15, 64
+    scene.render.resolution_percentage, scene.cycles.samples = 15, 256
     scene.cycles.use_denoising = False  # for which not every build has what it takes
     press("view3d.view_camera")
     press("nim.render_scene")

@@ -42,7 +42,7 @@ PICTURES = {
     "rays": ("rays", VIEW),
     "rays-live": ("reading", VIEW),
     "probe": ("probe", (1020, 75, 1312, 1000)),
-    "render-panel": ("render_this", (1020, 700, 1312, 1000)),
+    "render-panel": ("render_this", (1020, 735, 1312, 1000)),
 }
 WIDEST = 960
 # What is drawn over a view: the step, the one before it is drawn, and where in the screen it must be seen.

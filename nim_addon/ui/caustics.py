@@ -96,9 +96,7 @@ def _draw_known(layout, context, known):
     else:
         column.label(text="Up to date", icon="CHECKMARK")
     if known.surfaces:
-        text = pgettext_iface("Light lands on {names}: hidden meanwhile, a copy shines for each").format(
-            names=known.surfaces
-        )
+        text = pgettext_iface("Light lands on copies of {names}, hidden meanwhile").format(names=known.surfaces)
         draw_sentence(column, context, text, "BLANK1")
     if known.report:
         report = known.report

@@ -384,7 +384,9 @@ class NIM_PT_convert(Sidebar, bpy.types.Panel):
         if object_ is None or (object_.type not in SURFACES and material is None):
             layout.label(text="Select an object with a surface", icon="INFO")
         elif material is None:
-            text = pgettext_iface("{name} has no negative-index interface.").format(name=object_.name)
+            # of several slots the one that is chosen
+            named = object_.active_material if len(object_.material_slots) > 1 else None
+            text = pgettext_iface("{name} has no negative-index interface.").format(name=(named or object_).name)
             draw_sentence(layout, context, text, icon="INFO")
         else:
             layout.label(text=f"{object_.name}: {material.name}", icon="MATERIAL", translate=False)

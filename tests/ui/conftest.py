@@ -19,7 +19,7 @@ class Layout:
     def __getattr__(self, name):
         if name in ("row", "column", "box", "split", "grid_flow"):
             return lambda **_: Layout(self.drawn, self.shown)
-        if name in ("label", "separator", "template_icon"):
+        if name in ("label", "separator", "template_icon", "template_list"):
             return lambda *_, **values: self.drawn.append((name, values.get("text", values.get("icon_value"))))
         raise AttributeError(name)
 

@@ -104,7 +104,7 @@ def test_the_button_bakes_and_clear_gives_the_scene_back(scene, press, capfd):
         name for name in names()["scenes"] | names()["materials"] if name.startswith("NIM p")
     }  # no photons left
     text = drawn(scene)
-    assert "Bake Again | nim.view_rendered | Up to date | Light lands on Floor: hidden meanwhile, a copy shines" in text
+    assert "Bake Again | nim.view_rendered | Up to date | Light lands on copies of Floor, hidden meanwhile | " in text
     assert "Caustics baked onto Floor, hidden now behind copies that shine: " in capfd.readouterr().out
     assert text.split(" | ")[4].startswith("1 million photons in ") and text.split(" | ")[4].endswith(" MB")
     assert press("nim.clear_caustics") == {"FINISHED"}

@@ -174,6 +174,9 @@ def test_the_panel_shows_what_modifiers_and_instances_wear(addon):
     maker = bpy.data.objects.new("Maker", None)
     assert read_off(maker) == ["Select an object with a surface"]
     assert read_off(cube) == ["Cube has no negative-index interface."]
+    cube.data.materials.append(None)
+    assert read_off(cube) == ["Material has no negative-index interface."], "of the slot that is chosen"
+    cube.data.materials.pop()
     held = bpy.data.collections.new("Held")
     held.objects.link(bpy.data.objects.new("Inner", cube.data.copy()))
     maker.instance_type, maker.instance_collection = "COLLECTION", held

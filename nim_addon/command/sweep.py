@@ -34,6 +34,7 @@ WITHOUT_ASKING = 100_000  # tasks of a plan
 NAMED = 5  # points, or problems, that are named one by one
 OUT = "sweep"  # folder, where nobody names one
 PLACES = ("local", "dask", "slurm")
+HERE = PLACES[:2]  # where this machine's own Blenders render
 MAKING = (
     *("vary", "csv", "frames", "wavelengths", "split", "scene", "assignments", "samples", "size", "seed", "backend"),
     *("spectral", "spectral_passes", "wavelength", "denoise", "caustics", "photons"),
@@ -137,7 +138,7 @@ def run(arguments: argparse.Namespace) -> int | None:
 
 def _started_ahead(arguments, stack) -> Child | None:
     """A Blender that starts while the plan is made, where it is a module and is going to be needed; it ends with the stack."""
-    if "bpy" in sys.modules or arguments.on != "local" or arguments.plan or arguments.export:
+    if "bpy" in sys.modules or arguments.on not in HERE or arguments.plan or arguments.export:
         return None
     from ..sweeps.children import Child
 
@@ -374,6 +375,8 @@ def _engine(arguments, first) -> Engine:
         options=arguments.job_options,
         interface=arguments.interface,
         mixed=arguments.mixed,
+        binary=bpy.app.binary_path,
+        first=first,
     )
 
 

@@ -34,6 +34,8 @@ class Board:
         self._drawn, self._told = 0, False
         self._over = threading.Event()
         self._ticker = threading.Thread(target=self._tick, daemon=True)
+        if not quiet:
+            state.tell = self._warn
 
     def __enter__(self) -> Board:
         # a copy: while Blender works, standard output is kept clear of what it says
@@ -68,6 +70,10 @@ class Board:
             self._clear()
             workers = f"{estimate.workers} worker{'s' * (estimate.workers > 1)}"
             note(f"the other {estimate.tasks} take about {duration(estimate.seconds)} on {workers}.")
+
+    def _warn(self, sentence):
+        self._clear()
+        note(sentence)
 
     def end(self, files: Iterable[Path]) -> None:
         """These files are there."""

@@ -1,35 +1,39 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A sweep by Dask: on this machine, by a scheduler that stands somewhere, or by jobs of a SLURM queue.
 
-Who reaches a scheduler of Dask runs code there. So one of ours listens on 127.0.0.1, without a dashboard; for others to
-reach it an interface must be named, and then it speaks TLS only.
+On this machine scheduler and workers are threads of this process, whose Blenders render beside it: processes of their own
+would only take their time to start. Who reaches a scheduler of Dask runs code there. So one that a queue's jobs reach listens
+on 127.0.0.1, without a dashboard; for others to reach it an interface must be named, and then it speaks TLS only.
 """
 
 from __future__ import annotations
 
 import contextlib
 import importlib.util
+import itertools
 import json
+import logging
 import os
 import subprocess
 import sys
 import tempfile
 import time
-import types
 import warnings
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from ..base.files import temporary
 from . import export, worker
-from .children import Outcome
+from .children import Child, Outcome
 from .orders import Engine, Order, Watch
 
 WINDOW = 4  # orders for each worker that the scheduler knows of at a time, at least
-LEAST_WINDOW = 64
+LEAST_WINDOW = 1000  # 10 MB there; by what waits an adaptive cluster grows
 TRIES = 3  # of an order, before it is left
 PATIENCE = 10  # seconds for a scheduler to answer
-LOOK, AGAIN = 0.02, 5.0  # seconds between two looks whether an order has ended, and whether workers are still there
+LOOK, AGAIN = 0.02, 1.0  # seconds between two looks whether an order has ended, and which workers are there
+ALONE = 5  # seconds without any worker, after which it is said
 LOCAL = "127.0.0.1"
 PAGES = f"{LOCAL}:0"  # of schedulers and workers, which anybody may read: for this machine, at any port
 INSTALL = "pip install 'nim-addon[many]'"
@@ -41,8 +45,9 @@ class Cluster:
     place:     "dask" or "slurm"
     address:   of a scheduler that stands, such as tls://host:8786; empty: one is started
     workers:   of a scheduler that is started here; jobs: of the queue; options: passed on to it
-    interface: network interface that a scheduler of ours listens on; None: 127.0.0.1
+    interface: network interface that a scheduler of ours listens on; None: this machine's own
     mixed:     whether Blenders may be others than the plan is for
+    binary:    of this machine's Blenders, as children.Child has it; first: one of them, that was started before
     """
 
     def __init__(
@@ -55,30 +60,55 @@ class Cluster:
         options: Sequence[str] = (),
         interface: str | None = None,
         mixed: bool = False,
+        binary: str = "",
+        first: Child | None = None,
     ) -> None:
         self.place, self.address, self.workers, self.jobs = place, address, workers, jobs
         self.options, self.interface, self.mixed = list(options), interface, mixed
+        self.binary, self.first = binary, first
+        self.here = place == "dask" and not address
 
     def carry_out(self, orders: Sequence[Order], folder: Path, watch: Watch) -> Iterator[tuple[Order, Outcome]]:
         """As orders.Engine has it. Raises RuntimeError, one sentence, where the engine is not there, or goes away."""
         with _installed(), contextlib.ExitStack() as stack:
             _check_interface(self.interface)
-            client = stack.enter_context(self._client(folder))
-            yield from _through(client, orders, folder, watch, self._threads(), self.mixed)
+            workers, threads = min(self.workers, len(orders)), 0  # another machine's worker takes all
+            if self.here:
+                threads = max(1, (os.cpu_count() or 1) // workers)
+                stack.enter_context(self._blenders(workers))
+            client = stack.enter_context(self._client(folder, workers))
+            yield from _through(client, orders, folder, watch, self._without, threads, self.mixed)
 
-    def _threads(self):
-        """Of each Blender: this machine's are shared among its workers, another's are that worker's own affair."""
-        return max(1, (os.cpu_count() or 1) // self.workers) if self.place == "dask" and not self.address else 0
+    def _without(self, ever):
+        """A sentence: there is no worker; ever: whether there was one."""
+        if self.place == "slurm":
+            what = "has started none of the jobs yet" if not ever else "has ended all of the jobs"
+            return f"the queue {what}; squeue says why. Ctrl-C ends the sweep, and the same command goes on with it."
+        what = "any more" if ever else "yet"
+        return (
+            f"the scheduler {self.address} has no workers {what}; it goes on as soon as there is one, such as by "
+            f"dask worker {self.address} --nthreads 1."
+        )
 
     @contextlib.contextmanager
-    def _client(self, folder: Path) -> Iterator[Any]:
+    def _blenders(self, count):
+        """Those that workers of this process take: they start while Dask is imported."""
+        children = [*([self.first] if self.first else []), *(Child(self.binary) for _ in range(count))][:count]
+        with worker.lent(children):
+            for child in children:
+                child.start()
+            yield
+
+    @contextlib.contextmanager
+    def _client(self, folder: Path, workers: int) -> Iterator[Any]:
         from distributed import Client  # pyright: ignore[reportMissingImports]
 
         with contextlib.ExitStack() as stack:
-            where = stack.enter_context(self._cluster(folder))
+            where = stack.enter_context(self._cluster(folder, workers))
             if not self.address:
                 yield stack.enter_context(Client(where, timeout=PATIENCE))
                 return
+            stack.enter_context(_client_silent())
             with warnings.catch_warnings(record=True) as warned:
                 warnings.simplefilter("always")
                 client = stack.enter_context(_connected(self.address, **self._security()))
@@ -90,30 +120,34 @@ class Cluster:
         return {"security": _own_certificates(self.address)} if self.address.startswith("tls:") else {}
 
     @contextlib.contextmanager
-    def _cluster(self, folder):
+    def _cluster(self, folder, workers):
         """What a Client takes."""
         if self.address:
             yield self.address
-        elif self.place == "dask":
-            with self.here() as cluster:
+        elif self.here:
+            with self.started(workers) as cluster:
                 yield cluster
         else:
             with self._queue(folder) as cluster:
                 yield cluster
 
     @contextlib.contextmanager
-    def here(self) -> Iterator[Any]:
-        """A scheduler on this machine with its workers."""
+    def started(self, workers: int) -> Iterator[Any]:
+        """A scheduler in this process with so many workers."""
         from distributed import LocalCluster  # pyright: ignore[reportMissingImports]
 
-        more: dict[str, Any] = {"interface": self.interface, "security": True} if self.interface else {"host": LOCAL}
-        more |= {"dashboard_address": None, "worker_dashboard_address": PAGES, "silence_logs": 50}
+        more: dict[str, Any] = {"interface": self.interface, "security": True} if self.interface else {}
+        more |= {"dashboard_address": None, "worker_dashboard_address": PAGES}
         with (
-            _script_not_imported(),
+            temporary() as scratch,
             LocalCluster(
-                n_workers=self.workers,
+                n_workers=workers,
                 threads_per_worker=1,
+                processes=False,
+                memory_limit=None,  # it is this process' own, in which no picture lies
+                local_directory=str(scratch),
                 scheduler_kwargs={"dashboard_address": PAGES},
+                silence_logs=50,
                 **more,
             ) as cluster,
         ):
@@ -162,18 +196,15 @@ def _installed():
 
 
 @contextlib.contextmanager
-def _script_not_imported():
-    """Within, processes that this one spawns do not import the script that it runs, of which workers need nothing.
-
-    It may import Blender, which they do not find, as Blender's own scripts come first in the search path that they take over;
-    and one that has no `if __name__ == "__main__":` would be carried out once more.
-    """
-    script = sys.modules["__main__"]
-    sys.modules["__main__"] = types.ModuleType("__main__")
+def _client_silent():
+    """Within, no client of Dask writes what went wrong, which a sentence says, in tracebacks of its own."""
+    log = logging.getLogger("distributed.client")
+    former = log.level
+    log.setLevel(logging.CRITICAL)
     try:
         yield
     finally:
-        sys.modules["__main__"] = script
+        log.setLevel(former)
 
 
 def _own_certificates(address):
@@ -262,19 +293,31 @@ class _Flight:
 
     def __init__(self, client, folder, threads, mixed):
         self.client, self.record = client, {"folder": folder, "threads": threads, "mixed": mixed}
+        self.sent = itertools.count()
         self.tries: dict[str, list[str]] = {}  # of each order's key, the addresses of workers
         self.flying: dict[Any, Order] = {}  # by its future
         self.bound: dict[Any, list[str]] = {}  # futures that only these workers may take
+        self.workers: set[str] = set()  # their addresses, as they were a moment ago
+        self.look()
+
+    def look(self):
+        """Which workers are there; a scheduler that is gone is not asked, which would take long."""
+        if self.client.status == "running":
+            with contextlib.suppress(OSError):
+                self.workers = set(self.client.nthreads())
 
     def send(self, order):
         been = self.tries.setdefault(order.task.key, [])
+        if been:
+            self.look()
         # again with another one, if there is: the disk of this one may be full
-        others = [address for address in self.client.nthreads() if address not in been] if been else []
+        others = [address for address in self.workers if address not in been] if been else []
         future = self.client.submit(
             worker.carry_out,
             json.dumps(order.record(**self.record)),
             pure=False,
-            key=f"{order.task.key}/{len(been)}",
+            # by the word before the dash Dask learns what an order takes, and an adaptive cluster how many workers it is to have
+            key=f"render-{order.task.key}-{next(self.sent)}",
             workers=others or None,
         )
         self.flying[future] = order
@@ -284,18 +327,16 @@ class _Flight:
 
     def some(self, waiting):
         """As many of those that wait as there is room for, sent."""
-        room = max(LEAST_WINDOW, WINDOW * len(self.client.scheduler_info()["workers"])) - len(self.flying)
+        room = max(LEAST_WINDOW, WINDOW * len(self.workers)) - len(self.flying)
         return [self.send(order) for _, order in zip(range(room), waiting, strict=False)]
 
     def lost(self):
         """Those that wait for workers that are gone, all, sent to any."""
-        here = set(self.client.nthreads()) if self.bound else set()
-        return [self._anew(future) for future, others in list(self.bound.items()) if not here & set(others)]
+        return [self._anew(future) for future, others in list(self.bound.items()) if not self.workers & set(others)]
 
     def _anew(self, future):
         order = self.landed(future)
         assert order
-        self.tries[order.task.key].append("")  # so that it is another key
         future.cancel()
         return self.send(order)
 
@@ -305,8 +346,26 @@ class _Flight:
         return self.flying.pop(future, None)
 
 
-def _through(client, orders, folder, watch, threads, mixed):
-    """Send orders through a client of Dask, and yield them as they end."""
+class _Alone:
+    """Says once when there are no workers for a while, and anew when those are gone that came."""
+
+    def __init__(self, watch, sentence):
+        self.watch, self.sentence = watch, sentence
+        self.since, self.said, self.ever = time.monotonic(), False, False
+
+    def look(self, workers):
+        if workers:
+            self.came()
+        elif not self.said and time.monotonic() - self.since > ALONE:
+            self.said = True
+            self.watch.waits(self.sentence(self.ever))
+
+    def came(self):
+        self.since, self.said, self.ever = time.monotonic(), False, True
+
+
+def _through(client, orders, folder, watch, without, threads, mixed):
+    """Send orders through a client of Dask, and yield them as they end; without(ever): a sentence where no worker is there."""
     from distributed import as_completed  # pyright: ignore[reportMissingImports]
 
     known = {order.task.key: order for order in orders}
@@ -314,15 +373,23 @@ def _through(client, orders, folder, watch, threads, mixed):
     def hear(event):
         said = event[1] if isinstance(event, tuple) else event
         if isinstance(said, dict) and (order := known.get(said.get("key", ""))):
+            alone.came()
             if said["total"]:
-                watch.goes_on(f"worker {said['worker']}", order, said["done"], said["total"])
+                watch.goes_on(f"worker {said['name']}", order, said["done"], said["total"])
             else:
-                watch.began(f"worker {said['worker']}", order)
+                watch.began(f"worker {said['name']}", order)
 
+    alone = _Alone(watch, without)
     client.subscribe_topic(worker.TOPIC, hear)
     waiting, flight = iter(orders), _Flight(client, folder, threads, mixed)
+
+    def look():
+        flight.look()
+        alone.look(flight.workers)
+        return flight.lost()
+
     ended = as_completed(flight.some(waiting))
-    for future in _each(ended, flight.lost):
+    for future in _each(ended, look):
         order = flight.landed(future)
         if order is None:
             continue
@@ -338,14 +405,15 @@ def _through(client, orders, folder, watch, threads, mixed):
 
 def _each(ended, more):
     """The futures of an as_completed as they end, with those that more() gives now and then."""
+    until = time.monotonic() + AGAIN
     while not ended.is_empty():
-        until = time.monotonic() + AGAIN
         while not ended.has_ready() and time.monotonic() < until:
             time.sleep(LOOK)
+        if time.monotonic() >= until:
+            ended.update(more())
+            until = time.monotonic() + AGAIN
         if ended.has_ready():
             yield next(ended)
-        else:
-            ended.update(more())
 
 
 def _outcome(future, order):

@@ -9,7 +9,7 @@ import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from .children import Child, Outcome
+from .children import Child, Outcome, end_all
 from .orders import Order, Watch
 
 TRIES = 3  # of an order, before it is left
@@ -67,8 +67,4 @@ def carry_out(
     finally:
         for _ in children:
             waiting.put(None)
-        enders = [threading.Thread(target=child.end, kwargs={"for_good": True}) for child in children]
-        for ender in enders:
-            ender.start()
-        for ender in enders:
-            ender.join()
+        end_all(children)

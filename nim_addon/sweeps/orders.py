@@ -36,6 +36,9 @@ class Watch(Protocol):
     def goes_on(self, worker: str, order: Order, done: int, total: int) -> None:
         """So many samples of an order, of so many, are done."""
 
+    def waits(self, why: str) -> None:
+        """Nobody is there who could carry out orders; why, and what to do, is a sentence."""
+
 
 # Who carries orders out that lie in a sweep's folder: each is yielded, in any order, with how it went at last.
 Engine = Callable[[Sequence[Order], Path, Watch], Iterator[tuple[Order, Outcome]]]

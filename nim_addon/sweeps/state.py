@@ -9,7 +9,7 @@ import os
 import socket
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -43,6 +43,7 @@ class State:
         self.sample: Sample | None = None
         self.estimate: Estimate | None = None
         self._since = time.monotonic(), 0  # that time is counted, and how many orders had ended then
+        self.tell: Callable[[str], object] | None = None  # whom a sentence is told that a person should read at once
         self._workers: dict[str, dict] = {}
         self._written, self._lock = 0.0, threading.Lock()
 
@@ -71,6 +72,11 @@ class State:
                 pace = said.seconds / said.tasks
                 self._since = time.monotonic() - TRUST * pace, self.done + self.failed - TRUST
         self.write()
+
+    def waits(self, why: str) -> None:
+        """Nobody is there who could carry out orders."""
+        if self.tell:
+            self.tell(why)
 
     def left(self) -> float | None:
         """Seconds that it takes still, by what it took so far; None before the first has ended."""

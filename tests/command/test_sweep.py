@@ -216,7 +216,10 @@ def test_the_time_is_told_by_three_of_them_before_the_rest(nimray, tmp_path, wor
         assert re.search(r"^nimray: the other [1-4] take about 0:\d\d on 2 workers.$", done.stderr, re.MULTILINE)
 
 
-def test_ctrl_c_ends_all_within_two_seconds_and_the_same_command_goes_on(nimray, tmp_path):
+@pytest.mark.parametrize("on", ["local", "dask"])
+def test_ctrl_c_ends_all_within_two_seconds_and_the_same_command_goes_on(on, nimray, tmp_path):
+    if on == "dask":
+        pytest.importorskip("distributed")
     words = (
         "sphere",
         "--vary",
@@ -227,6 +230,8 @@ def test_ctrl_c_ends_all_within_two_seconds_and_the_same_command_goes_on(nimray,
         "64",
         "--caustics",
         "path",
+        "--on",
+        on,
         "--out",
         tmp_path,
     )
@@ -242,6 +247,7 @@ def test_ctrl_c_ends_all_within_two_seconds_and_the_same_command_goes_on(nimray,
         time.sleep(0.05)
     assert time.monotonic() - began < 4, "longer than twice what it may take, on a busy machine"
     assert run.returncode == 130 and children and left_over(tmp_path) == []
+    assert run.stderr.read() == "nimray: stopped.\n"
     status = nimray("sweep", "--status", tmp_path)
     assert "of 5 done" in status.stdout and "nobody is at work" in status.stdout
     had = {file: file.stat().st_mtime_ns for file in (tmp_path / "images").rglob("*.exr")}

@@ -1,76 +1,65 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A sweep by Dask and by SLURM, the real ones: also when workers, schedulers and jobs are killed."""
+"""A sweep by Dask, the real one: also when workers and schedulers are killed, and come and go."""
 
-import json
 import os
 import shutil
 import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
-from pathlib import Path
 
 import pytest
 
-from nim_addon.sweeps import cluster, export, plan, results, run
+from nim_addon.sweeps import cluster, plan, results, run, state
+from nim_addon.sweeps.orders import Order
+
+from .dask_lab import ENVIRONMENT, PACKAGE, SCHEDULER, WORKER, end, pids_of, runs, standing, wait
 
 distributed = pytest.importorskip("distributed")
 dask = pytest.importorskip("dask")
 psutil = pytest.importorskip("psutil")
-ROOT = Path(__file__).parents[2]
-PACKAGE = {"PYTHONPATH": str(ROOT)}
-ENVIRONMENT = {**os.environ, **PACKAGE}
-
-
-def standing(*words, before=(), protocol="tcp", how="-m"):
-    """A process of Dask, and the address that it says it listens on; `before`: words that start it."""
-    process = subprocess.Popen(
-        [*before, sys.executable, how, *words],
-        stderr=subprocess.PIPE,
-        stdout=subprocess.DEVNULL,
-        text=True,
-        env={**os.environ, **PACKAGE},
-    )
-    for line in process.stderr:
-        if f"{protocol}://" in line:
-            return process, f"{protocol}://" + line.rpartition(f"{protocol}://")[2].strip()
-    raise AssertionError("it ended")
 
 
 @pytest.fixture
 def scheduler():
     """A scheduler that stands, with one worker: (its process, its address, the worker's process)."""
-    stands, address = standing(
-        "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--no-show"
-    )
-    worker, _ = standing(
-        "distributed.cli.dask_worker", address, "--nthreads", "1", "--host", "127.0.0.1", "--no-dashboard"
-    )
+    stands, address = standing(*SCHEDULER)
+    worker, _ = standing("distributed.cli.dask_worker", address, "--nthreads", "1", *WORKER)
     yield stands, address, worker
-    for process in (worker, stands):
-        process.send_signal(signal.SIGINT)
-        try:
-            process.wait(10)
-        except subprocess.TimeoutExpired:
-            process.kill()
-
-
-def pids_of(pid):
-    """The processes that a process has started, and those that these have, by /proc."""
-    found = []
-    for task in Path(f"/proc/{pid}/task").iterdir():
-        for child in (task / "children").read_text().split():
-            found += [int(child), *pids_of(child)]
-    return list(dict.fromkeys(found))
+    end(worker, stands)
 
 
 def test_dask_on_this_machine(spheres, sweep, tmp_path):
+    """Its workers are in this process; beside it are their Blenders only, of which one is killed."""
     tasks = spheres(-2, -1.5, -1)
     plan.write(tmp_path, tasks)
-    problems, at = sweep(tasks, cluster.engine("dask"))
+    beside = []
+
+    def ended(order, outcome):
+        if not beside:
+            beside.extend(psutil.Process().children())
+            os.kill(beside[0].pid, signal.SIGKILL)
+
+    before = psutil.Process().children()
+    problems, at = sweep(tasks, cluster.engine("dask"), ended)
     assert (problems, at.done) == ([], 3) and results.to_do(tmp_path, tasks) == []
-    assert len(at.record()["workers"]) == 2
+    assert set(at.record()["workers"]) == {"worker 0", "worker 1"}
+    ours = [process for process in beside if process not in before]
+    assert len(ours) == 2 and not any(process.is_running() for process in ours)
+    assert psutil.Process().children() == before
+
+
+def test_dask_on_this_machine_given_up_in_the_middle(spheres, tmp_path):
+    tasks = [*spheres(-2), *spheres(-1.5, size=(400, 300), samples=4096)]
+    plan.write(tmp_path, tasks)
+    orders = [Order(task) for task in tasks]
+    carried_out = cluster.engine("dask", workers=2)(orders, tmp_path, state.State(tmp_path, 2, kept=False))
+    assert next(carried_out)[0] == orders[0]
+    carried_out.close()
+    assert not any(runs(pid, "sweeps.child") for pid in pids_of(os.getpid()))
+    assert results.to_do(tmp_path, tasks) == tasks[1:]
 
 
 def test_a_worker_that_is_killed_in_a_render(spheres, sweep, tmp_path, scheduler):
@@ -83,7 +72,7 @@ def test_a_worker_that_is_killed_in_a_render(spheres, sweep, tmp_path, scheduler
     def ended(order, outcome):
         if not killed:
             for pid in pids_of(worker.pid):  # the worker that the nanny has started, and its Blender
-                if _runs(pid, "sweeps.child") or _runs(pid, "spawn_main"):
+                if runs(pid, "sweeps.child") or runs(pid, "spawn_main"):
                     killed.append(pid)
                     os.kill(pid, signal.SIGKILL)
 
@@ -120,27 +109,13 @@ def test_a_sweep_that_is_given_up_ends_its_renders(spheres, tmp_path, scheduler)
     )
     client = subprocess.Popen([sys.executable, "-c", code], env=ENVIRONMENT, stderr=subprocess.DEVNULL)
     try:
-        wait(lambda: any(_runs(pid, "sweeps.child") for pid in pids_of(worker.pid)), 60)
+        wait(lambda: any(runs(pid, "sweeps.child") for pid in pids_of(worker.pid)), 60)
         time.sleep(1)
     finally:
         client.kill()
         client.wait()
-    wait(lambda: not any(_runs(pid, "sweeps.child") for pid in pids_of(worker.pid)), 60)
+    wait(lambda: not any(runs(pid, "sweeps.child") for pid in pids_of(worker.pid)), 60)
     assert results.to_do(tmp_path, tasks) == tasks
-
-
-def _runs(pid, words):
-    try:
-        return words in Path(f"/proc/{pid}/cmdline").read_text()
-    except OSError:
-        return False
-
-
-def wait(condition, seconds):
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.05)
 
 
 def test_a_scheduler_that_does_not_answer(spheres, sweep, monkeypatch):
@@ -184,6 +159,124 @@ def test_a_folder_that_workers_do_not_share(spheres, sweep, tmp_path, scheduler)
     tasks = spheres(-1)  # whose plan is not written where they look
     (problem,), _ = sweep(tasks, cluster.engine("dask", scheduler[1]))
     assert f"does not see {tmp_path}; name a folder with --out that all machines share" in problem.problem
+
+
+def test_a_worker_with_two_threads_has_two_blenders(spheres, sweep, tmp_path):
+    """As one starts where nobody gives --nthreads 1."""
+    stands, address = standing(*SCHEDULER)
+    worker, _ = standing("distributed.cli.dask_worker", address, "--nthreads", "2", *WORKER)
+    try:
+        tasks = spheres(-2, -1.5, -1, -0.5)
+        plan.write(tmp_path, tasks)
+        found = set()
+
+        def ended(order, outcome):
+            found.update(pid for pid in pids_of(worker.pid) if runs(pid, "sweeps.child"))
+
+        assert sweep(tasks, cluster.engine("dask", address), ended)[0] == [] and len(found) == 2
+        assert results.to_do(tmp_path, tasks) == []
+    finally:
+        end(worker, stands)
+
+
+def test_a_scheduler_without_workers_is_named(tmp_path):
+    """When nobody comes, and when all go away; it goes on with those that come, and ends at Ctrl-C."""
+    stands, address = standing(*SCHEDULER)
+    words = ("sphere", "--size", "400x300", "--samples", "4096", "--caustics", "path", "--out", tmp_path)
+    start = [sys.executable, "-m", "nim_addon", "sweep", *words, "--on", f"dask={address}"]
+    client = subprocess.Popen(start, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT)
+    processes = [client, stands]
+    try:
+        alone = (
+            f"nimray: the scheduler {address} has no workers %s; it goes on as soon as there is one, such as by dask "
+        )
+        assert client.stderr.readline().startswith(alone % "yet")
+        worker, _ = standing("distributed.cli.dask_worker", address, "--nthreads", "1", *WORKER)
+        processes.insert(0, worker)
+        wait(lambda: (state.read(tmp_path) or {}).get("workers"), 60)  # it has begun
+        end(worker)
+        assert client.stderr.readline().startswith(alone % "any more")
+        client.send_signal(signal.SIGINT)
+        assert client.wait(20) == 130
+    finally:
+        end(*processes)
+
+
+ADAPTIVE = """
+import signal, sys
+from distributed import LocalCluster
+if __name__ == "__main__":
+    here = {"dashboard_address": "127.0.0.1:0"}
+    with LocalCluster(
+        n_workers=0, threads_per_worker=1, host="127.0.0.1", dashboard_address=None, scheduler_kwargs=here,
+        worker_dashboard_address="127.0.0.1:0",
+    ) as cluster:
+        cluster.adapt(minimum=0, maximum=2, interval="500ms", target_duration="500ms")
+        print(cluster.scheduler_address, file=sys.stderr, flush=True)
+        signal.pause()
+"""
+
+
+def test_a_cluster_that_grows_and_shrinks(spheres, sweep, tmp_path):
+    """It grows with what waits, from nothing to nothing."""
+    script = tmp_path / "adaptive.py"
+    script.write_text(ADAPTIVE)
+    process, address = standing(script, how="-u")
+    tasks = spheres(*(-1 - place / 10 for place in range(8)), samples=64, size=(64, 48))
+    plan.write(tmp_path, tasks)
+    try:
+        problems, at = sweep(tasks, cluster.engine("dask", address))
+        assert problems == [] and at.done == 8 and results.to_do(tmp_path, tasks) == []
+        assert len(at.record()["workers"]) == 2
+        wait(lambda: not any(runs(pid, "sweeps.child") for pid in pids_of(process.pid)), 60)
+    finally:
+        end(process)
+
+
+def test_a_worker_that_is_retired_in_its_render(spheres, sweep, tmp_path, scheduler, monkeypatch):
+    """That costs no try, and no picture; it leaves at once."""
+    monkeypatch.setattr(cluster, "TRIES", 1)
+    _, address, retired = scheduler
+    tasks = [*spheres(-3), *spheres(-2, -1.5, size=(100, 75), samples=128)]
+    plan.write(tmp_path, tasks)
+    others = []
+
+    def ended(order, outcome):
+        if not others:
+            with distributed.Client(address, set_as_default=False) as client:
+                here = list(client.nthreads())
+                others.append(standing("distributed.cli.dask_worker", address, "--nthreads", "1", *WORKER)[0])
+                client.wait_for_workers(2)  # which takes the results
+                client.retire_workers(here)
+            assert retired.wait(20) == 0
+
+    try:
+        problems, at = sweep(tasks, cluster.engine("dask", address), ended)
+        assert problems == [] and at.done == 3 and results.to_do(tmp_path, tasks) == []
+        assert len(at.record()["workers"]) == 2
+    finally:
+        end(*others)
+
+
+def test_a_worker_that_goes_away_before_it_has_begun_costs_no_try(spheres, tmp_path, scheduler):
+    """One fails three times, though in between another, that is stopped, was to take it."""
+    _, address, _ = scheduler
+    tasks = spheres(-1)
+    plan.write(tmp_path, tasks)
+    (tmp_path / "images").write_text("no folder")
+    others, began = [], []
+
+    class Watch(state.State):
+        def began(self, name, order):
+            began.append(name)
+            if not others:
+                words = ("--nthreads", "1", "--no-nanny", *WORKER)
+                others.append(standing("distributed.cli.dask_worker", address, *words)[0])
+                others[0].send_signal(signal.SIGSTOP)
+                threading.Timer(3, others[0].kill).start()
+
+    ((_, outcome),) = cluster.engine("dask", address)([Order(tasks[0])], tmp_path, Watch(tmp_path, 1, kept=False))
+    assert "images" in outcome.problem and len(began) == cluster.TRIES
 
 
 @pytest.mark.skipif(not shutil.which("unshare") or os.geteuid() != 0, reason="needs mounts of its own, and root")
@@ -320,16 +413,11 @@ def test_the_pages_of_a_scheduler_are_for_this_machine():
     if not found:
         pytest.skip("needs a network")
     name, address = next(iter(found.items()))
-    with cluster.Cluster("dask", workers=1, interface=name).here() as here:
+    with cluster.Cluster("dask", interface=name).started(1) as here:
         assert here.scheduler_address.startswith(f"tls://{address}:")
         (own,) = here.scheduler.workers.values()
-        workers = [psutil.Process(pid) for pid in pids_of(os.getpid()) if _runs(pid, "spawn_main")]
-        listening = {
-            entry.laddr.ip
-            for process in (psutil.Process(), *workers)
-            for entry in process.net_connections("inet")
-            if entry.status == psutil.CONN_LISTEN
-        }
+        entries = psutil.Process().net_connections("inet")
+        listening = {entry.laddr.ip for entry in entries if entry.status == psutil.CONN_LISTEN}
         assert listening == {address, "127.0.0.1"} and here.scheduler.http_server.address == "127.0.0.1"
         assert own.services["dashboard"] and own.address.startswith(f"tls://{address}:")
 
@@ -338,90 +426,3 @@ def test_without_dask_it_says_what_to_install(spheres, sweep, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(RuntimeError, match=r"need Dask, which is not here: pip install 'nim-addon\[many\]'"):
         sweep(spheres(-1), cluster.engine("dask"))
-
-
-# ------------------------------------------------------------------------------------------------ queues
-
-
-@pytest.fixture(scope="session")
-def slurm(tmp_path_factory):
-    """A SLURM of two nodes on this machine: its folder."""
-    if not all(map(shutil.which, ("slurmctld", "slurmd", "munged"))) or os.geteuid():
-        pytest.skip("needs SLURM and munge, and root")
-    from .slurm_lab import started
-
-    with started(tmp_path_factory.mktemp("slurm")) as folder:
-        yield folder
-
-
-@pytest.fixture
-def queue(slurm, monkeypatch):
-    """The commands of SLURM speak with that one."""
-    monkeypatch.setenv("SLURM_CONF", str(slurm / "slurm.conf"))
-
-
-def test_jobs_of_a_queue(spheres, sweep, tmp_path, queue):
-    pytest.importorskip("dask_jobqueue")
-    tasks = spheres(-2, -1.5, -1)
-    plan.write(tmp_path, tasks)
-    problems, at = sweep(tasks, cluster.engine("slurm"))
-    assert (problems, at.done) == ([], 3) and results.to_do(tmp_path, tasks) == []
-    wait(lambda: not subprocess.run(["squeue", "-h"], capture_output=True, text=True).stdout.strip(), 60)
-
-
-def test_a_queue_that_refuses_the_job(spheres, sweep, queue):
-    pytest.importorskip("dask_jobqueue")
-    with pytest.raises(RuntimeError, match=r"the queue refuses the job: .*artition"):
-        sweep(spheres(-1), cluster.engine("slurm", options=["--partition=none"]))
-
-
-def test_a_machine_without_a_queue(monkeypatch):
-    monkeypatch.setenv("PATH", "")
-    with pytest.raises(RuntimeError, match="there is no sbatch here"):
-        cluster.check_queue("#!/bin/bash\n")
-
-
-def test_a_folder_that_slurm_cannot_be_told_of(spheres, tmp_path):
-    with pytest.raises(ValueError, match="no folder with a line break in its name"):
-        export.write("slurm", tmp_path / "a\nb", spheres(-1))
-
-
-def test_a_job_array_of_which_a_job_is_killed(spheres, tmp_path, queue):
-    """Killed in the middle, the step that puts all together renders what is missing; of a folder with an odd name."""
-    tmp_path = tmp_path / "it's 100 %a"
-    tmp_path.mkdir()
-    tasks = spheres(-2, -1.5, -1, -0.5, samples=64, size=(100, 75))
-    plan.write(tmp_path, tasks)
-    export.write("slurm", tmp_path, tasks, chunk=2, words=["--measure=mean"])
-    submitted = subprocess.run(
-        ["bash", tmp_path / "slurm-submit.sh"],
-        capture_output=True,
-        text=True,
-        check=True,
-        env={**os.environ, **PACKAGE},
-    )
-    job = submitted.stdout.split()[-1]
-    wait(lambda: list((tmp_path / "images").rglob("*.json")), 120)
-    array = str(int(job) - 1)
-    subprocess.run(["scancel", "--signal=KILL", "--full", f"{array}_0"], check=False)
-    wait(lambda: (tmp_path / "index.html").exists(), 240)
-    assert results.to_do(tmp_path, tasks) == []
-    assert {file.name for file in tmp_path.glob("slurm-*.log")} == {"slurm-0.log", "slurm-1.log", "slurm-collect.log"}
-    assert "mean" in (tmp_path / "table.csv").read_text().splitlines()[0]
-
-
-def test_a_template_of_open_job_description(spheres, tmp_path):
-    tasks = spheres(-2, -1.5, -1)
-    plan.write(tmp_path, tasks)
-    (file,) = export.write("openjd", tmp_path, tasks, chunk=2)
-    template = json.loads(file.read_text())
-    lines = template["steps"][0]["parameterSpace"]["taskParameterDefinitions"][0]
-    assert (lines["range"], lines["chunks"]["defaultTaskCount"]) == ("1-3", 2)
-    openjd = Path(sys.executable).with_name("openjd")
-    if not openjd.exists():
-        pytest.skip("needs openjd-cli")
-    done = subprocess.run([openjd, "run", file, "--run-dependencies"], capture_output=True, text=True, env=ENVIRONMENT)
-    assert done.returncode == 0, done.stdout[-3000:]
-    assert "Chunks run: 3" in done.stdout  # two of tasks, and what puts all together
-    assert results.to_do(tmp_path, tasks) == []
-    assert (tmp_path / "table.csv").is_file()

@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A sweep by jobs of SLURM, and by what queues are given in files: the real ones, also when jobs are killed."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from nim_addon.sweeps import cluster, export, plan, results
+
+from .dask_lab import ENVIRONMENT, PACKAGE, wait
+
+
+@pytest.fixture(scope="session")
+def slurm(tmp_path_factory):
+    """A SLURM of two nodes on this machine: its folder."""
+    if not all(map(shutil.which, ("slurmctld", "slurmd", "munged"))) or os.geteuid():
+        pytest.skip("needs SLURM and munge, and root")
+    from .slurm_lab import started
+
+    with started(tmp_path_factory.mktemp("slurm")) as folder:
+        yield folder
+
+
+@pytest.fixture
+def queue(slurm, monkeypatch):
+    """The commands of SLURM speak with that one."""
+    monkeypatch.setenv("SLURM_CONF", str(slurm / "slurm.conf"))
+
+
+def test_jobs_of_a_queue(spheres, sweep, tmp_path, queue):
+    pytest.importorskip("dask_jobqueue")
+    tasks = spheres(-2, -1.5, -1)
+    plan.write(tmp_path, tasks)
+    problems, at = sweep(tasks, cluster.engine("slurm"))
+    assert (problems, at.done) == ([], 3) and results.to_do(tmp_path, tasks) == []
+    wait(lambda: not subprocess.run(["squeue", "-h"], capture_output=True, text=True).stdout.strip(), 60)
+
+
+def test_a_queue_that_refuses_the_job(spheres, sweep, queue):
+    pytest.importorskip("dask_jobqueue")
+    with pytest.raises(RuntimeError, match=r"the queue refuses the job: .*artition"):
+        sweep(spheres(-1), cluster.engine("slurm", options=["--partition=none"]))
+
+
+def test_a_machine_without_a_queue(monkeypatch):
+    monkeypatch.setenv("PATH", "")
+    with pytest.raises(RuntimeError, match="there is no sbatch here"):
+        cluster.check_queue("#!/bin/bash\n")
+
+
+def test_a_folder_that_slurm_cannot_be_told_of(spheres, tmp_path):
+    with pytest.raises(ValueError, match="no folder with a line break in its name"):
+        export.write("slurm", tmp_path / "a\nb", spheres(-1))
+
+
+def test_a_job_array_of_which_a_job_is_killed(spheres, tmp_path, queue):
+    """Killed in the middle, the step that puts all together renders what is missing; of a folder with an odd name."""
+    tmp_path = tmp_path / "it's 100 %a"
+    tmp_path.mkdir()
+    tasks = spheres(-2, -1.5, -1, -0.5, samples=64, size=(100, 75))
+    plan.write(tmp_path, tasks)
+    export.write("slurm", tmp_path, tasks, chunk=2, words=["--measure=mean"])
+    submitted = subprocess.run(
+        ["bash", tmp_path / "slurm-submit.sh"],
+        capture_output=True,
+        text=True,
+        check=True,
+        env={**os.environ, **PACKAGE},
+    )
+    job = submitted.stdout.split()[-1]
+    wait(lambda: list((tmp_path / "images").rglob("*.json")), 120)
+    array = str(int(job) - 1)
+    subprocess.run(["scancel", "--signal=KILL", "--full", f"{array}_0"], check=False)
+    wait(lambda: (tmp_path / "index.html").exists(), 240)
+    assert results.to_do(tmp_path, tasks) == []
+    assert {file.name for file in tmp_path.glob("slurm-*.log")} == {"slurm-0.log", "slurm-1.log", "slurm-collect.log"}
+    assert "mean" in (tmp_path / "table.csv").read_text().splitlines()[0]
+
+
+def test_a_template_of_open_job_description(spheres, tmp_path):
+    tasks = spheres(-2, -1.5, -1)
+    plan.write(tmp_path, tasks)
+    (file,) = export.write("openjd", tmp_path, tasks, chunk=2)
+    template = json.loads(file.read_text())
+    lines = template["steps"][0]["parameterSpace"]["taskParameterDefinitions"][0]
+    assert (lines["range"], lines["chunks"]["defaultTaskCount"]) == ("1-3", 2)
+    openjd = Path(sys.executable).with_name("openjd")
+    if not openjd.exists():
+        pytest.skip("needs openjd-cli")
+    done = subprocess.run([openjd, "run", file, "--run-dependencies"], capture_output=True, text=True, env=ENVIRONMENT)
+    assert done.returncode == 0, done.stdout[-3000:]
+    assert "Chunks run: 3" in done.stdout  # two of tasks, and what puts all together
+    assert results.to_do(tmp_path, tasks) == []
+    assert (tmp_path / "table.csv").is_file()

@@ -22,6 +22,9 @@ from .visibility import Shown
 
 # Rays times meshes whose bounds are compared at once.
 AT_ONCE = 1_000_000
+# Up to so many triangles are compared with all rays at once, in less time than a tree takes for a ray.
+FEW = 64
+EDGE = 1e-9  # of a triangle's size, so that no ray passes between two
 
 
 def entries(origins: NDArray, directions: NDArray, low: ArrayLike, high: ArrayLike, margin: ArrayLike = 0.0) -> NDArray:
@@ -191,17 +194,26 @@ class Meshes:
         starts = np.einsum("nij,nj->ni", inverse[:, :3, :3], origins[ray]) + inverse[:, :3, 3]
         ways = np.einsum("nij,nj->ni", inverse[:, :3, :3], directions[ray])
         lengths = np.linalg.norm(ways, axis=1)
-        found, nearest = [], [np.inf] * len(origins)
-        columns = (ray, body, entry, lengths, starts, ways)
-        for i, j, near, length, start, way in zip(*(column.tolist() for column in columns), strict=True):
-            # a hit in single precision is good enough to leave out what lies behind it
-            if near > nearest[i] * (1 + 1e-5) + self.gap:
+        face, away = np.full(len(ray), -1), np.full(len(ray), np.inf)
+        small = np.array([body.mesh.is_small for body in self._bodies])[body]
+        for j in np.unique(body[small]):
+            rows = np.flatnonzero(body == j)
+            face[rows], away[rows] = self._bodies[j].mesh.meet(starts[rows], ways[rows])
+        nearest = np.full(len(origins), np.inf)
+        np.minimum.at(nearest, ray, away)
+        # a hit in single precision is good enough to leave out what lies behind it
+        behind, nearest = 1 + 1e-5, nearest.tolist()
+        rows = np.flatnonzero(~small)
+        columns = (column[rows].tolist() for column in (ray, body, entry, lengths, starts, ways))
+        for row, i, j, near, length, start, way in zip(rows.tolist(), *columns, strict=True):
+            if near > nearest[i] * behind + self.gap:
                 continue
-            *_, face, away = self._bodies[j].mesh.tree.ray_cast(start, way)
-            if face is not None:
-                nearest[i] = min(nearest[i], away / length)
-                found.append((i, j, face))
-        return np.array(found, int).reshape(-1, 3).T
+            *_, index, distance = self._bodies[j].mesh.tree.ray_cast(start, way)
+            if index is not None:
+                face[row], away[row] = index, distance / length
+                nearest[i] = min(nearest[i], distance / length)
+        chosen = (face >= 0) & (away <= np.array(nearest)[ray] * behind + self.gap)
+        return ray[chosen], body[chosen], face[chosen]
 
     def _candidates(self, origins, directions):
         """Rays and the bodies whose bounds they meet, and how far away, each ray's nearest first: three arrays (P,)."""
@@ -315,6 +327,36 @@ class _Mesh:
         domain = self.data.normals_domain
         vectors = {"FACE": "polygon_normals", "POINT": "vertex_normals", "CORNER": "corner_normals"}[domain]
         return domain, meshes.read(getattr(self.data, vectors), "vector", 3)
+
+    @property
+    def is_small(self):
+        """Whether meet() is quicker than the tree."""
+        return self.counts[1] - 2 * self.faces <= FEW
+
+    @cached_property
+    def _planes(self):
+        """Of its triangles (T,) their faces, first corners, normals, and what gives the shares of the other corners (T, 3)."""
+        a, b, c = np.moveaxis(self.vertices[self.corner_vertices[self.corners]].astype(float), 1, 0)
+        b, c = b - a, c - a
+        normal = np.cross(b, c)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            area = _dot(normal, normal)[:, None]
+            shares = np.cross(c, normal) / area, np.cross(normal, b) / area
+        return np.repeat(np.arange(self.faces), np.diff(self.starts) - 2), a, normal, *shares
+
+    def meet(self, origins, directions):
+        """The faces (N,) that rays, in its own coordinates, meet first, -1 for none; and how far away, in `directions`."""
+        face, corner, *vectors = self._planes
+        above, b, c = (origins @ vector.T - _dot(corner, vector) for vector in vectors)
+        along, to_b, to_c = (directions @ vector.T for vector in vectors)
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            away = -above / along
+            b, c = b + away * to_b, c + away * to_c
+            met = (away >= 0) & (b >= -EDGE) & (c >= -EDGE) & (b + c <= 1 + EDGE)
+        away = np.where(met, away, np.inf)
+        first = np.argmin(away, axis=1)
+        away = away[np.arange(len(away)), first]
+        return np.where(np.isfinite(away), face[first], -1), away
 
     def points(self, chosen):
         """(N, 3) the vertices, those of all faces whose slot is `chosen` (slots,), bool, among them."""

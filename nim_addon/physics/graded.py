@@ -121,7 +121,7 @@ def _rate(profile: Profile, p: NDArray, low: NDArray, q: NDArray) -> NDArray:
 def _integral(profile: Profile, p: NDArray, low: NDArray, high: NDArray) -> NDArray:
     """The angle (N,) by which rays of p (N,) go round between two radii, ln r from low (N,) to high (N,)."""
     pieces = _pieces(profile)
-    nodes, weights = np.polynomial.legendre.leggauss(_NODES if len(pieces) < 8 else _FEWER)
+    nodes, weights = _gauss(_NODES if len(pieces) < 8 else _FEWER)
     u, weights = math.pi / 4 * (nodes + 1), math.pi / 4 * weights
     # with x = a + (b - a) sin^2 u the root at a turning point, at either end, is none
     share, weights = np.square(np.sin(u)), weights * np.sin(2 * u)
@@ -312,7 +312,7 @@ def _through_cloak(profile: Profile, p: NDArray, turns: NDArray) -> tuple[NDArra
 
 def _inwards(profile: Profile, p: NDArray, low: NDArray) -> tuple[NDArray, NDArray]:
     """Radii and angles (N, M) of the way in, of p (N,), to ln r = low (N,)."""
-    nodes, weights = _panel_nodes()
+    nodes, weights = _gauss(_PANEL_NODES)
     step = math.pi / 2 / _PANELS
     u = step * (np.arange(_PANELS)[:, None] + (nodes + 1) / 2)
     radii, angles = [np.ones((len(p), 1))], [np.zeros((len(p), 1))]
@@ -332,8 +332,9 @@ def _inwards(profile: Profile, p: NDArray, low: NDArray) -> tuple[NDArray, NDArr
 
 
 @functools.cache
-def _panel_nodes() -> tuple[NDArray, NDArray]:
-    return np.polynomial.legendre.leggauss(_PANEL_NODES)
+def _gauss(count: int) -> tuple[NDArray, NDArray]:
+    """So many places in [-1, 1], and their weights: both are shared, and not to be written to."""
+    return np.polynomial.legendre.leggauss(count)
 
 
 def path(profile: Profile, point: ArrayLike, direction: ArrayLike) -> NDArray:

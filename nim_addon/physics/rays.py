@@ -174,7 +174,7 @@ def trace(
     reach: float = 1.0,
     gap: float = 1e-9,
     most: int = MOST_SEGMENTS,
-    wavelength_nm: float = REPRESENTATIVE_NM,
+    wavelength_nm: ArrayLike = REPRESENTATIVE_NM,
 ) -> Paths:
     """Follow rays through interfaces.
 
@@ -185,19 +185,20 @@ def trace(
     reach:      length that is given to a segment which meets nothing
     gap:        how far off a surface the search starts as a ray leaves it; more than the rounding of `hit`
     most:       ValueError where the rays split into more segments
-    wavelength_nm: in vacuum, nanometres; where media absorb, lengths are metres
+    wavelength_nm: in vacuum, nanometres, of all rays or of each, (N,); where media absorb, lengths are metres
     Raises ValueError for a direction that is zero or not finite, numbers out of range, a medium not known at that wavelength.
     """
     if not bounces >= 0 or not 0 <= least < 1 or not reach > 0 or not gap >= 0:
         raise ValueError("bounces and gap must be 0 or more, least in [0, 1) and reach above 0.")
-    interfaces = [_Sides.of(one, wavelength_nm) if isinstance(one, Interface) else one for one in surfaces.interfaces]
     front = _sent(origins, directions)
+    wavelengths, of_ray = np.unique(np.broadcast_to(wavelength_nm, len(front.ray)), return_inverse=True)
+    interfaces = [_at(one, wavelengths) if isinstance(one, Interface) else one for one in surfaces.interfaces]
     lost = np.zeros(len(front.ray))
     levels, total = [], 0
     for depth in range(bounces + 1):
         hit = surfaces.hit(front.cast, front.direction)
         end, fate = _ends(front, hit, reach, depth == bounces)
-        crossings, taken = _met(interfaces, front, hit)
+        crossings, taken = _met(interfaces, of_ray, front, hit)
         front = _known(front, crossings)
         arriving = front.energy * np.exp(-front.alpha * np.linalg.norm(end - front.start, axis=1))
         ways = front.start, end, front.energy, arriving, front.n
@@ -222,6 +223,10 @@ def trace(
         if not len(front.ray):
             break
     return Paths(*(np.concatenate(columns) for columns in zip(*levels, strict=True)), lost=lost)
+
+
+def _at(interface: Interface, wavelengths: NDArray) -> list[_Sides]:
+    return [_Sides.of(interface, nm) for nm in wavelengths.tolist()]
 
 
 def _sent(origins: ArrayLike, directions: ArrayLike) -> _Front:
@@ -253,7 +258,7 @@ def _of_ends(hit: Hit) -> tuple[NDArray, NDArray]:
 
 
 class _Crossing(NamedTuple):
-    """Which rows (K,) of a front meet an interface, and whether they do from inside, (K,)."""
+    """Which rows (K,) of a front meet an interface at one wavelength, and whether they do from inside, (K,)."""
 
     sides: _Sides
     rows: NDArray
@@ -261,19 +266,25 @@ class _Crossing(NamedTuple):
 
 
 def _met(
-    interfaces: Sequence[_Sides | Law | None], front: _Front, hit: Hit
+    interfaces: Sequence[list[_Sides] | Law | None], of_ray: NDArray, front: _Front, hit: Hit
 ) -> tuple[list[_Crossing], list[tuple[Law, NDArray]]]:
-    """A _Crossing for each interface that is met; each other law that is, and the rows (K,) of the front that meet it."""
+    """A _Crossing for each interface that is met, at each wavelength; each other law that is, and the rows (K,) that meet it.
+
+    of_ray: (N,) which of the wavelengths each ray has
+    """
     crossed, crossings, taken = np.isfinite(hit.distance) & (hit.which >= 0), [], []
     for which in np.unique(hit.which[crossed]):
         one = interfaces[which]
         assert one is not None  # by Hit.which
         rows = np.flatnonzero(crossed & (hit.which == which))
-        if isinstance(one, _Sides):
-            from_inside = np.sum(front.direction[rows] * hit.normal[rows], axis=1) > 0
-            crossings.append(_Crossing(one, rows, from_inside))
-        else:
+        if not isinstance(one, list):
             taken.append((one, rows))
+            continue
+        from_inside = np.sum(front.direction[rows] * hit.normal[rows], axis=1) > 0
+        wavelength = of_ray[front.ray[rows]]
+        for number in np.unique(wavelength):
+            some = wavelength == number
+            crossings.append(_Crossing(one[number], rows[some], from_inside[some]))
     return crossings, taken
 
 

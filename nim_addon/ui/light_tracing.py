@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import bpy
 import numpy as np
 from bpy.app.translations import pgettext_rpt
 
 from ..cycles.casting import Kept, Meshes
 from ..cycles.visibility import PATHS_MARK, shown
-from ..physics.dispersion import REPRESENTATIVE_NM
 from ..physics.rays import MOST_SEGMENTS, Fate, Paths, trace
 from .light_settings import Settings
 
@@ -42,13 +43,19 @@ def follow(
     surfaces: Meshes,
     start: tuple[np.ndarray, np.ndarray],
     settings: Settings,
-    wavelength_nm: float = REPRESENTATIVE_NM,
+    wavelengths_nm: Sequence[float] = (),
 ) -> Paths:
-    """The Paths of rays, origins and directions (N, 3); ValueError with a sentence where they are too many."""
-    origins, directions = start
+    """The Paths of rays, origins and directions (N, 3); ValueError with a sentence where they are too many.
+
+    wavelengths_nm: of which all rays are followed, those of one after those of another
+    """
+    count = max(1, len(wavelengths_nm))
+    origins, directions = (np.tile(given, (count, 1)) for given in start)
     options = {name: getattr(settings, name) for name in ("bounces", "least", "reach")}
+    if wavelengths_nm:
+        options["wavelength_nm"] = np.repeat(wavelengths_nm, len(start[0]))
     try:
-        return trace(surfaces, origins, directions, gap=surfaces.gap, wavelength_nm=wavelength_nm, **options)
+        return trace(surfaces, origins, directions, gap=surfaces.gap, most=count * MOST_SEGMENTS, **options)
     except ValueError:
         raise ValueError(
             pgettext_rpt(

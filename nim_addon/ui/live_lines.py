@@ -26,15 +26,20 @@ LEAST = 1e-3  # what the ramp begins with
 
 
 class Traced(NamedTuple):
-    """Paths of one wavelength, nanometres, through those interfaces or other laws; None: they are of any wavelength.
+    """Paths of rays, first of one wavelength, nanometres, then the same rays of the next, through those interfaces or laws.
 
-    is_first: of the wavelengths of the same rays
+    wavelengths_nm: empty where they are of any wavelength
     """
 
     paths: Paths
     interfaces: Sequence[Interface | Law]
-    wavelength_nm: float | None = None
-    is_first: bool = True
+    wavelengths_nm: Sequence[float] = ()
+
+    @property
+    def number(self) -> NDArray:
+        """(S,) which of the wavelengths each segment has."""
+        rays = max(1, len(self.paths.lost) // max(1, len(self.wavelengths_nm)))
+        return self.paths.ray // rays
 
 
 class Lines(NamedTuple):
@@ -66,14 +71,14 @@ def lines(traced: Sequence[Traced], color: str) -> Lines:
 
 
 def _lines(number, one, color):
-    paths, nm = one.paths, one.wavelength_nm
+    paths = one.paths
     energy = np.stack([paths.energy, paths.arriving], axis=1)
     strength = energy**THINNING
     if color == "ENERGY":
         rgb = _of_energy(energy)
-    elif color == "WAVELENGTH" and nm is not None:
-        rgb = np.where((paths.depth == 0)[:, None, None], WHITE, colour.of_wavelength(nm))
-        rgb = np.broadcast_to(rgb, (len(energy), 2, 3))
+    elif color == "WAVELENGTH" and len(one.wavelengths_nm):
+        rgb = colour.of_wavelength(np.array(one.wavelengths_nm))[one.number]
+        rgb = np.repeat(np.where((paths.depth == 0)[:, None], WHITE, rgb)[:, None], 2, axis=1)
     else:
         table = np.array([COLORS[kind] for kind in Kind])
         rgb = np.repeat(table[paths.kind][:, None], 2, axis=1)
@@ -81,7 +86,7 @@ def _lines(number, one, color):
     ends = np.stack([paths.start, paths.end], axis=1)
     source = np.stack([np.full(len(energy), number), np.arange(len(energy))], axis=1)
     # what all wavelengths share is one line
-    shown = (paths.depth > 0) | one.is_first
+    shown = (paths.depth > 0) | (one.number == 0)
     widths = np.maximum(1.0, np.round(WIDEST * strength[:, 0]))
     return ends[shown], rgba[shown], widths[shown], source[shown]
 
@@ -152,7 +157,8 @@ class Reading(NamedTuple):
 
 def reading(one: Traced, segment: int) -> Reading:
     """What is to be read at a segment of what was traced."""
-    paths, nm = one.paths, one.wavelength_nm or REPRESENTATIVE_NM
+    paths = one.paths
+    nm = one.wavelengths_nm[one.number[segment]] if len(one.wavelengths_nm) else REPRESENTATIVE_NM
     plain = Reading(float(paths.n[segment]), float(paths.arriving[segment]), nm)
     which = int(paths.which[segment])
     interface = one.interfaces[which] if which >= 0 and paths.fate[segment] != Fate.LANDED else None

@@ -63,14 +63,11 @@ class Look:
             selected_objects=[obj for obj in layer.objects if obj.type == "LIGHT" and obj.select_get(view_layer=layer)],
         )
         starts = light_sources.starts(there, settings, surfaces, depsgraph)
-        wavelengths = [None]
-        if scene.nim_rays.color == "WAVELENGTH" and _disperses(surfaces.interfaces):
-            wavelengths = live_lines.WAVELENGTHS_NM
+        parts = scene.nim_rays.color == "WAVELENGTH" and _disperses(surfaces.interfaces)
+        wavelengths = live_lines.WAVELENGTHS_NM if parts else ()
         for start in starts.values():
-            for nm in wavelengths:
-                options = {} if nm is None else {"wavelength_nm": nm}
-                paths = follow(surfaces, start, settings, **options)
-                self.traced.append(live_lines.Traced(paths, surfaces.interfaces, nm, is_first=nm == wavelengths[0]))
+            paths = follow(surfaces, start, settings, wavelengths)
+            self.traced.append(live_lines.Traced(paths, surfaces.interfaces, wavelengths))
         self._made = kept[1].trees - before
         self.sentence = warning(surfaces, [one.paths for one in self.traced], settings.bounces)
 
@@ -145,7 +142,7 @@ def sentence(scene: bpy.types.Scene) -> str | None:
 def legend(scene: bpy.types.Scene) -> str:
     """What the colours of the rays of a scene say, in English: of the live ones, or while they are off of curves."""
     color, last = scene.nim_rays.color, LOOKS.last(scene)
-    if not on or (color == "WAVELENGTH" and not (last and any(one.wavelength_nm for one in last.traced))):
+    if not on or (color == "WAVELENGTH" and not (last and any(one.wavelengths_nm for one in last.traced))):
         color = "PART"
     return LEGENDS[color]
 

@@ -26,6 +26,7 @@ GROUPS = ("NIM_GGT_ray_reading", "NIM_GGT_light_handle")
 
 _handlers = []
 _mouse = None  # the region's address, and where in it
+_reads = False  # whether something was to be read there
 
 
 def start() -> None:
@@ -39,11 +40,13 @@ def start() -> None:
 
 def stop() -> None:
     """Draw no more."""
-    global _mouse
+    global _mouse, _reads
+    if bpy.app.timers.is_registered(_look_there):
+        bpy.app.timers.unregister(_look_there)
     for handler in _handlers:
         bpy.types.SpaceView3D.draw_handler_remove(handler, "WINDOW")
     _handlers.clear()
-    _mouse = None
+    _mouse, _reads = None, False
     for group in GROUPS:
         bpy.context.window_manager.gizmo_group_type_unlink_delayed(group)
     live_look.redraw()
@@ -66,7 +69,7 @@ def _draw_lines():
     shader.bind()
     shader.uniform_float("viewportSize", (width, height))
     # wavelengths that go the same way make white
-    gpu.state.blend_set("ADDITIVE" if any(one.wavelength_nm for one in look.traced) else "ALPHA")
+    gpu.state.blend_set("ADDITIVE" if any(one.wavelengths_nm for one in look.traced) else "ALPHA")
     gpu.state.depth_mask_set(False)
     for test, drawn in look.drawn:
         gpu.state.depth_test_set(test)
@@ -95,14 +98,14 @@ def _batches(shader, drawn):
 # ---------------------------------------------------------------- words
 
 
-def pointed_at(region: bpy.types.Region, data: bpy.types.RegionView3D, place: tuple[float, float]) -> tuple | None:
-    """Which Traced the line at a place of a region is of, and which of its segments; None where there is none."""
-    look = live_look.LOOKS.last(bpy.context.scene)
+def pointed_at(scene: bpy.types.Scene, region: bpy.types.Region, place: tuple[float, float]) -> tuple | None:
+    """Which Traced the line at a place of a view is of, and which of its segments; None where there is none."""
+    look = live_look.LOOKS.last(scene)
     if look is None:
         return None
     scale = bpy.context.preferences.system.pixel_size
     size = region.width, region.height
-    line = live_lines.nearest(look.lines, data.perspective_matrix, size, place, REACH * scale)
+    line = live_lines.nearest(look.lines, region.data.perspective_matrix, size, place, REACH * scale)
     return None if line is None else tuple(look.lines.source[line].tolist())
 
 
@@ -124,7 +127,7 @@ def _draw_words():
         blf.position(0, left + MARGIN * scale, 2.5 * MARGIN * scale, 0)
         blf.draw(0, said)
     if _mouse and _mouse[0] == context.region.as_pointer():
-        found = pointed_at(context.region, context.region_data, _mouse[1])
+        found = pointed_at(context.scene, context.region, _mouse[1])
         if found:
             traced = live_look.LOOKS.last(context.scene).traced
             _draw_box(words(live_lines.reading(traced[found[0]], found[1])), _mouse[1], scale)
@@ -166,10 +169,19 @@ def _degrees(angle):
 
 
 def point(context: bpy.types.Context, place: tuple[float, float]) -> None:
-    """Note where the mouse is; what is to be read there is drawn, if it is something else than before."""
+    """Note where the mouse is, for a gizmo: what is to be read there is looked for afterwards, as ui.deferred says why."""
     global _mouse
-    region, data = context.region, context.region_data
-    before = _mouse and _mouse[0] == region.as_pointer() and pointed_at(region, data, _mouse[1])
-    _mouse = region.as_pointer(), place
-    if before or pointed_at(region, data, place):
-        region.tag_redraw()
+    _mouse = context.region.as_pointer(), place
+    if not bpy.app.timers.is_registered(_look_there):
+        bpy.app.timers.register(_look_there)
+
+
+def _look_there():
+    """A timer: have the view at the mouse drawn anew where there is something to be read, or was."""
+    global _reads
+    for window in bpy.context.window_manager.windows:
+        for region in (region for area in window.screen.areas if area.type == "VIEW_3D" for region in area.regions):
+            if _mouse and region.as_pointer() == _mouse[0]:
+                before, _reads = _reads, pointed_at(window.scene, region, _mouse[1]) is not None
+                if before or _reads:
+                    region.tag_redraw()

@@ -199,8 +199,42 @@ def test_custom_and_flat_normals_are_those_of_the_corners(scene, nim):
     np.testing.assert_allclose(hit(scene, (0.2, 0.3, 1), (0, 0, -1))[0].normal, [(0, 0, 1)], atol=1e-7)
 
 
-def test_only_meshes_whose_bounds_a_ray_meets_get_a_tree(scene, nim, monkeypatch):
-    add(scene, *shapes.rectangle((-1, -1), (1, 1)), nim)
+def test_small_meshes_are_met_as_by_a_tree(scene, nim, monkeypatch):
+    corners = np.array([(0, 0), (3, 0), (3, 1), (1, 1), (1, 3), (0, 3)])  # a face that is not convex
+    flat = add(scene, np.insert(corners, 2, 0.3, axis=1), [tuple(range(6))], nim)
+    flat.scale = (1, -1, 1)
+    box = add(scene, *shapes.box((-1, -1, -1), (1, 1, 1)))
+    box.rotation_euler, box.scale, box.location = (0.3, 0.7, 0.2), (1, 2, -0.5), (0.5, 0, -1)
+    ball = add(scene, *shapes.cube_sphere(8), nim, smooth=True)
+    ball.location = (-1, -1, 0.5)
+    random = np.random.default_rng(3)
+    origins = random.uniform(-4, 4, (2000, 3))
+    directions = random.normal(size=(2000, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    found, _ = hit(scene, origins, directions)
+    monkeypatch.setattr(casting, "FEW", 0)
+    by_tree, _ = hit(scene, origins, directions)
+    assert np.isfinite(found.distance).sum() > 200 and {-1, 0} == set(found.which[np.isfinite(found.distance)].tolist())
+    np.testing.assert_array_equal(found.which, by_tree.which)
+    np.testing.assert_array_equal(found.distance, by_tree.distance)
+    np.testing.assert_array_equal(found.normal, by_tree.normal)
+
+
+def test_no_ray_passes_between_the_triangles_of_a_small_mesh(scene, nim):
+    box = add(scene, *shapes.box((-1, -1, -1), (1, 1, 1)), nim)
+    box.rotation_euler = (0.3, 0.7, 0.2)
+    share = np.linspace(0, 1, 1001)[:, None]
+    diagonal = np.array(((-1.0, -1.0), (1.0, 1.0)))
+    edges = [share * diagonal[0] + (1 - share) * diagonal[1], share * (1, -1) + (1 - share) * (-1, 1)]
+    at = np.concatenate([np.insert(edge, 2, 1.0, axis=1) for edge in edges])[1:-1]
+    turn = np.array(box.rotation_euler.to_matrix())
+    found, _ = hit(scene, at @ turn.T * 0.999 + turn[:, 2] * 2, -turn[:, 2])
+    np.testing.assert_allclose(found.distance, 2, atol=0.01)
+
+
+def test_only_meshes_whose_bounds_a_ray_meets_get_a_tree_and_small_ones_none(scene, nim, monkeypatch):
+    add(scene, *shapes.rectangle((-1, -1), (1, 1), -3), nim)
+    add(scene, *shapes.cube_sphere(7), nim)
     add(scene, *shapes.cube_sphere(8), nim).location.x = 9
     trees = []
 
@@ -216,7 +250,7 @@ def test_only_meshes_whose_bounds_a_ray_meets_get_a_tree(scene, nim, monkeypatch
         assert trees == []
         for _ in range(2):
             meshes.hit(np.array([(0.0, 0.0, 5.0)]), np.array([(0.0, 0.0, -1.0)]))
-        assert trees == [1]
+        assert trees == [294]
 
 
 def test_no_interface_leaves_no_bounds(scene):

@@ -268,3 +268,26 @@ def test_a_convex_slab_is_a_slab_of_planes(n):
     planes = trace(slab(n), -d, d, bounces=4)
     np.testing.assert_allclose(ours.end, planes.end, atol=1e-12)
     np.testing.assert_allclose(ours.energy, planes.energy, atol=1e-14)
+
+
+def test_rays_of_many_wavelengths_go_as_those_of_one_at_a_time():
+    medium, wavelengths = Medium.parse("n-sf11"), (440.0, 650.0, 540.0)
+    wedge = Plane((0, 0, 0), (0, 0, 1), Interface(medium)), Plane((0, 0, -1), (0.3, 0, -1), Interface(medium))
+    starts, towards = np.array([(0.0, 0, 1), (0.1, 0, 1)]), np.array([(0.3, 0, -1), (0.5, 0.1, -1)])
+    options = {"bounces": 3, "reach": 2.0}
+    each = np.repeat(wavelengths, 2)
+    together = trace(Shapes(*wedge), np.tile(starts, (3, 1)), np.tile(towards, (3, 1)), wavelength_nm=each, **options)
+    assert len(together.lost) == 6
+    for number, nm in enumerate(wavelengths):
+        alone = trace(Shapes(*wedge), starts, towards, wavelength_nm=nm, **options)
+        for ray in range(2):
+            chosen, same = together.ray == 2 * number + ray, alone.ray == ray
+            assert chosen.sum() == same.sum() > 3
+            # in whichever order branches were followed
+            sort, order = (
+                np.lexsort(np.round(one.end[rows].T, 9)) for one, rows in ((together, chosen), (alone, same))
+            )
+            for name in ("start", "end", "energy", "n", "kind", "depth", "fate"):
+                np.testing.assert_allclose(
+                    getattr(together, name)[chosen][sort], getattr(alone, name)[same][order], atol=1e-12
+                )

@@ -83,21 +83,28 @@ def test_where_a_medium_disperses_wavelengths_part_in_their_colours(scene):
     add("Prism", prism, faces, interface_material("SF11", Medium.parse("n-sf11"), backend="nodes"))
     scene.nim_rays.rays, scene.nim_rays.aim, scene.nim_rays.direction = 1, "DIRECTION", (1, 0, 0.2)
     made = look()
-    assert [one.wavelength_nm for one in made.traced] == list(live_lines.WAVELENGTHS_NM)
-    first = [
-        one.paths.direction[(one.paths.kind == Kind.TRANSMITTED) & (one.paths.depth == 1)][0] for one in made.traced
-    ]
+    (one,) = made.traced
+    assert one.wavelengths_nm == live_lines.WAVELENGTHS_NM and len(one.paths.lost) == len(one.wavelengths_nm)
+    first = one.paths.direction[(one.paths.kind == Kind.TRANSMITTED) & (one.paths.depth == 1)]
+    assert len(first) == len(one.wavelengths_nm)
     assert (np.diff(first, axis=0)[:, 2] != 0).all() and len(np.unique(np.sign(np.diff(first, axis=0)[:, 2]))) == 1
-    split = made.lines.source[:, 1] > 0
-    nm = np.array(live_lines.WAVELENGTHS_NM)[made.lines.source[split, 0]]
+    split = one.paths.depth[made.lines.source[:, 1]] > 0
+    nm = np.array(one.wavelengths_nm)[one.paths.ray[made.lines.source[split, 1]]]
     np.testing.assert_allclose(made.lines.colors[split, 0, :3], colour.of_wavelength(nm), atol=1e-6)
     # what all of them share is one white line
     assert (~split).sum() == 1
     np.testing.assert_allclose(made.lines.colors[~split][0, 0, :3], live_lines.WHITE, atol=1e-6)
-    read = live_lines.reading(made.traced[0], 0)
-    assert read.n_t == pytest.approx(Medium.parse("n-sf11").at(440).n, rel=1e-6) and read.wavelength_nm == 440
+    scene.nim_rays.rays = 3
+    (three,) = look().traced
+    entered = (three.paths.kind == Kind.TRANSMITTED) & (three.paths.depth == 1)
+    wanted = [Medium.parse("n-sf11").at(nm).n for nm in three.wavelengths_nm]
+    np.testing.assert_allclose(three.paths.n[entered], np.array(wanted)[three.number[entered]], rtol=1e-6)
+    assert entered.sum() > len(wanted)
+    for segment, nm in enumerate(one.wavelengths_nm):
+        read = live_lines.reading(one, segment)
+        assert read.n_t == pytest.approx(Medium.parse("n-sf11").at(nm).n, rel=1e-6) and read.wavelength_nm == nm
     scene.nim_rays.color = "PART"
-    assert [one.wavelength_nm for one in look().traced] == [None]
+    assert [one.wavelengths_nm for one in look().traced] == [()]
 
 
 def test_the_panel_says_what_the_colours_say(scene):

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Light paths as drawn: they land where Snell says, are replaced, cleared and undone, and change no picture."""
 
-import functools
 import math
 
 import bpy
@@ -295,7 +294,7 @@ def test_failures_say_why_and_change_nothing(scene, press, capfd, monkeypatch):
     with pytest.raises(RuntimeError, match="direction of the rays is zero"):
         press("nim.light_paths", aim="DIRECTION", direction=(0, 0, 0))
     with monkeypatch.context() as patch:
-        patch.setattr(light_tracing, "trace", functools.partial(trace, most=50))
+        patch.setattr(light_tracing, "MOST_SEGMENTS", 50)
         with pytest.raises(RuntimeError, match="pieces; take fewer rays or bounces, or a higher least energy"):
             press("nim.light_paths")
     camera, scene.camera = scene.camera, None

@@ -90,7 +90,7 @@ def test_rays_end_at_a_mirror_for_all_that_one_can_see(name):
         np.testing.assert_array_equal(paths.absorbed, 0)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(
     st.sampled_from([1.33, 2.4, -1.0, -1.5]),
     st.floats(0.01, 10),

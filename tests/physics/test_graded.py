@@ -259,7 +259,7 @@ def test_the_orbits_that_are_known():
 
 
 @given(st.floats(1.01, 1.9), st.floats(0.05, 0.95), st.floats(1e-6, 1))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_any_profile_turns_by_what_it_sweeps(middle, knee, p):
     profile = Profile(((0, middle), (knee, (1 + middle) / 2), (1, 1)))
     found = graded.carry(profile, (0, p, -3), (0, 0, 1))

@@ -11,6 +11,7 @@ from . import (
     caustics_bake,
     caustics_frames,
     convert,
+    deferred,
     escape,
     help,
     jobs,
@@ -43,6 +44,7 @@ from . import (
 # In the order in which they register: a module may use the classes of those before it.
 MODULES = (
     translations,
+    deferred,
     help,
     blender_check,
     preferences,

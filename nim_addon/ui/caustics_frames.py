@@ -19,7 +19,7 @@ from ..base.files import writable_folder
 from ..base.text import duration, fit
 from ..caustics import frames
 from ..caustics.baking import SAVING
-from . import caustics_bake, caustics_looks
+from . import caustics_bake, caustics_looks, deferred
 from .caustics_bake import MILLION, Baking
 
 PATIENCE = 60.0  # seconds that a render waits for the caustics of a frame
@@ -188,7 +188,7 @@ def in_the_main_thread(act: Callable[[], object]) -> None:
     def acted():
         if not over.is_set():  # else nobody waits for it any more
             try:
-                act()
+                deferred.writing(act)
             finally:
                 over.set()
 

@@ -14,7 +14,7 @@ from collections.abc import Iterator
 import bpy
 from bpy.app.handlers import persistent
 
-from . import built, caustics_bake, scenes, standing
+from . import built, caustics_bake, deferred, scenes, standing
 from .scene_settings import FOLLOWERS
 
 SHORTEST = 0.1  # seconds between two builds; else as long as the last one took, so that a slider still moves
@@ -69,7 +69,7 @@ def tick() -> float | None:
             if built.holds(scene):
                 continue
             started = time.monotonic()
-            rebuild(scene)
+            deferred.writing(rebuild, scene)
             _took = time.monotonic() - started
         except (ValueError, RuntimeError):
             continue  # settings that clash, which the panel says

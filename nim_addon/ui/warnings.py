@@ -10,7 +10,6 @@ from ..checks import backdrop, ball_checks, mesh_checks, ray_checks
 from ..checks.hints import hints
 from ..checks.sight import look
 from ..cycles.material import asked_interfaces, medium_of
-from . import deferred
 from .looks import Looks
 from .panels import draw_help, draw_sentence
 
@@ -208,6 +207,5 @@ HANDLERS = (
 
 
 def unregister():
-    """Forget what was found, and what waits to be looked at."""
-    deferred.stop()
+    """Forget what was found."""
     forget()

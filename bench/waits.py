@@ -4,7 +4,8 @@
   .venv/bin/python bench/waits.py [LAB-SCRIPT LAB-FOLDER]
 
 Times are of the processor, the least of several runs; a run by itself is as slow as the machine is busy. The rendered view
-needs a window: it is timed in a Blender lab where one is named (docs/press/press.py says what that is), on the clock.
+and light paths over a view need a window: they are timed in a Blender lab where one is named (docs/press/press.py says what that
+is), on the clock, so that the machine must be quiet; how busy it is stands above.
 """
 
 import json
@@ -30,7 +31,7 @@ RUNS = 5
 OTHERS = 19  # materials of a NIM beside the one that is drawn
 ROOT = Path(__file__).resolve().parents[1]
 # What is to be kept below, seconds.
-REGISTRATION, REDRAW = 0.030, 0.001
+REGISTRATION, REDRAW, OVERLAY = 0.030, 0.001, 0.050
 
 
 class Layout:
@@ -108,22 +109,23 @@ def light_paths():
     return least(draw, runs=3)
 
 
-def first_pixel(script, folder):
-    """The rendered view of the sphere in a lab's Blender, from a change of n to another pixel: the seconds of each change."""
+def in_lab(name, script, folder):
+    """What bench/NAME.py tells, run in a lab's Blender."""
     with tempfile.TemporaryDirectory() as out:
         file = Path(out, "seconds.json")
-        told = {"FIRST_PIXEL_ROOT": str(ROOT), "FIRST_PIXEL_OUT": str(file), "LAB_BIND": f"{ROOT}:{out}"}
-        words = [script, "-d", folder, "shot", ROOT / "bench" / "first_pixel.py", Path(out, "end.png")]
+        told = {f"{name.upper()}_ROOT": str(ROOT), f"{name.upper()}_OUT": str(file), "LAB_BIND": f"{ROOT}:{out}"}
+        words = [script, "-d", folder, "shot", ROOT / "bench" / f"{name}.py", Path(out, "end.png")]
         done = subprocess.run(
             words, env={**os.environ, **told}, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
         )
         if not file.exists():
-            raise RuntimeError(f"the view was not timed:\n{done.stdout[-2000:]}")
+            raise RuntimeError(f"{name} was not timed:\n{done.stdout[-2000:]}")
         return json.loads(file.read_text())
 
 
 def main():
     """Print the table."""
+    print(f"load of the machine, per core: {os.getloadavg()[0] / (os.cpu_count() or 1):.1f}")
     print(f"{'Blender ' + bpy.app.version_string:52}{'CPU ms':>9}{'goal':>7}")
 
     def line(text, seconds, goal=None):
@@ -137,8 +139,20 @@ def main():
         line(f"building the {name}", least(lambda made=scene_type: made.build(made.parameters()), runs=3))
     line("light paths of 200 rays and 8 bounces", light_paths())
     if len(sys.argv) > 2:
-        seconds = first_pixel(*sys.argv[1:3])
-        line(f"on the clock: n changed to another pixel, median of {len(seconds)}", statistics.median(seconds))
+        print(f"\n{'in the lab, medians':52}{'clock':>9}{'CPU ms':>9}{'goal':>7}")
+        goal = f"{1000 * OVERLAY:7.0f}"
+        seconds = in_lab("first_pixel", *sys.argv[1:3])
+        print(
+            f"{f'n changed to another pixel, {len(seconds)} times':52}{1000 * statistics.median(seconds):9.2f}",
+            flush=True,
+        )
+        for name, taken in in_lab("overlay", *sys.argv[1:3]).items():
+            seen, *spent = (1000 * statistics.median(column) for column in zip(*taken, strict=True))
+            print(
+                f"{f'light paths, {name}: traced and drawn':52}{spent[0] + spent[2]:9.2f}{spent[1] + spent[3]:9.2f}{goal}"
+            )
+            print(f"{'    of that, drawn':52}{spent[2]:9.2f}{spent[3]:9.2f}")
+            print(f"{'    from the change until it is drawn':52}{seen:9.2f}", flush=True)
 
 
 if __name__ == "__main__":

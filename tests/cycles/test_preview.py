@@ -14,7 +14,7 @@ from nim_addon.cycles.lenslets import lenslet_material
 from nim_addon.cycles.material import interface_material, interface_nodes, switch_backend
 from nim_addon.cycles.nodes import empty_tree
 from nim_addon.cycles.slabs import slab_material
-from nim_addon.cycles.visibility import asked
+from nim_addon.cycles.visibility import asked, source_of
 from nim_addon.physics import MEDIA, Interface, Medium
 from nim_addon.physics.graded import Profile
 from nim_addon.physics.lenslet import LensletWindow
@@ -67,6 +67,29 @@ def test_the_rim_is_that_of_the_media(white, render, name, backend):
         (wanted,) = np.atleast_1d(Interface(medium, MEDIA["air"]).fresnel(np.cos(angle)).R)
         # all that is not reflected, and is the veil's, loses what the veil absorbs
         assert 1 - seen[2] / (preview.VEIL * absorbs[2]) == pytest.approx(wanted, abs=0.03)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_all_that_is_shown_has_the_tint(white, render, backend):
+    seen = []
+    for tint in ((1.0, 1.0, 1.0), (0.2, 0.5, 0.9)):
+        material = interface_material("NIM", MEDIA["nim-4.1"], backend=backend, tint=tint)
+        tree = material.node_tree
+        tree.links.new(outputs(material)["EEVEE"], tree.get_output_node("CYCLES").inputs["Surface"])
+        seen.append(render(white(material, 0.0)).reshape(-1, 3).astype(float).mean(0))
+    # what is reflected, a third of it, what is behind the veil, and the veil
+    np.testing.assert_allclose(seen[1] / seen[0], (0.2, 0.5, 0.9), atol=0.02)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_its_mirror_is_as_rough_as_the_surface(empty_file, backend):
+    material = interface_material("NIM", Medium(-1.5), backend=backend)
+    (node,) = interface_nodes(material)
+    end = next(inner for inner in node.node_tree.nodes if inner.type == "GROUP_OUTPUT")
+    mirror = source_of(source_of(end.inputs["EEVEE"])[0].node.inputs[2])[0].node
+    assert mirror.type == "BSDF_GLOSSY"
+    source, _ = source_of(mirror.inputs["Roughness"])
+    assert source.node.type == "GROUP_INPUT" and source.name == "Roughness"
 
 
 @pytest.mark.parametrize("backend", BACKENDS)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Help: each panel and each context menu leads to a section of a page that is there."""
 
+import fnmatch
 import inspect
 import re
 import webbrowser
@@ -46,6 +47,10 @@ def test_every_button_and_setting_has_one_in_its_context_menu(addon):
     for name in names:
         found = WM_OT_doc_view_manual._lookup_rna_url(name, verbose=False)
         assert found and found.startswith("file://") and "/docs/" in found, name
+    # and none stands behind one that takes all of its own
+    patterns = [pattern for pattern, _ in pages.MANUAL]
+    first = {next(pattern for pattern in patterns if fnmatch.fnmatchcase(name.lower(), pattern)) for name in names}
+    assert not set(patterns) - first
 
 
 def test_the_button_opens_the_page(addon, press, monkeypatch, tmp_path):

@@ -8,6 +8,7 @@ import bpy
 import pytest
 
 from nim_addon import caustics, checks
+from nim_addon.checks.hints import NARROW
 from nim_addon.cycles import settings
 from nim_addon.cycles.material import interface_material
 from nim_addon.cycles.visibility import CAUSTICS_MARK
@@ -43,13 +44,18 @@ def lamp(light_type, **values):
         obj = scene.objects["Light"]
         obj.data.type = light_type
         for name, value in values.items():
-            setattr(obj if name in ("location", "rotation_euler") else obj.data, name, value)
+            setattr(obj if name in ("location", "rotation_euler", "scale") else obj.data, name, value)
 
     return change
 
 
 def glass(scene):
     bpy.data.objects["Cube"].data.materials[0] = interface_material("Glass", Medium(1.5), backend="nodes")
+
+
+def portal(scene):
+    lamp("AREA", shape="SQUARE", size=0.2, **DOWN)(scene)
+    scene.objects["Light"].data.cycles.is_portal = True
 
 
 def no_interface(scene):
@@ -76,6 +82,10 @@ CASES = [
     ),
     ("small area", lamp("AREA", shape="SQUARE", size=0.2, **DOWN), "Light"),
     ("large area", lamp("AREA", shape="SQUARE", size=3.0, **DOWN), ""),
+    ("large by its scale", lamp("AREA", shape="SQUARE", size=0.2, scale=(15, 15, 1), **DOWN), ""),
+    ("portal", portal, ""),
+    # of the body it is the nearest that counts
+    ("wide for what is near it", lamp("POINT", shadow_soft_size=math.sqrt(NARROW) * 5, location=(0, 0, 6)), ""),
     ("glass", glass, "Light"),
     ("no interface", no_interface, ""),
     ("nothing below", nothing_below, ""),

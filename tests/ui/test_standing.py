@@ -272,6 +272,17 @@ def test_live_waits_while_an_object_is_edited(settings, build, on):
     bpy.ops.object.mode_set(mode="OBJECT")
 
 
+def test_live_waits_while_caustics_are_baked_and_looks_again_after_undo(settings, build, on, monkeypatch):
+    scene = build("sphere")
+    settings.sphere.companions = True
+    with monkeypatch.context() as patch:
+        patch.setattr(live.caustics_bake, "under_way", lambda: True)
+        assert live.tick() == live.RETRY and "Red" not in scene.objects
+    bpy.app.timers.unregister(live.tick)
+    live.follow_undo()
+    assert bpy.app.timers.is_registered(live.tick) and live.tick() is None and "Red" in scene.objects
+
+
 def test_live_is_off_in_a_file_that_is_opened_and_follows_nothing_while_off(settings, build, on, tmp_path):
     build("sphere")
     settings.sphere.n = -2.0

@@ -241,7 +241,12 @@ def handle():
     press("nim.light_handle")
 
 
-@step(wait=3)
+def looked():
+    """Whether live light paths are those of the scene as it is: on a busy machine what is deferred comes late."""
+    return ours("ui.live_look").LOOKS.is_fresh(lab.window().scene)
+
+
+@step(wait=looked)
 def handle_turned():
     lab.window().scene.nim_rays.handle.rotation_euler.y += 0.3
     pushed("Turn")

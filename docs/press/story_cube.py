@@ -248,7 +248,7 @@ def looked():
 
 @step(wait=looked)
 def handle_turned():
-    lab.window().scene.nim_rays.handle.rotation_euler.y += 0.3
+    lab.window().scene.nim_rays.handle.rotation_euler.y -= 0.15  # and still meets the cube
     pushed("Turn")
 
 

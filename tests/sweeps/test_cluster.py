@@ -272,6 +272,7 @@ def test_a_worker_that_goes_away_before_it_has_begun_costs_no_try(spheres, tmp_p
             if not others:
                 words = ("--nthreads", "1", "--no-nanny", *WORKER)
                 others.append(standing("distributed.cli.dask_worker", address, *words)[0])
+                next(line for line in others[0].stderr if "Registered to" in line)
                 others[0].send_signal(signal.SIGSTOP)
                 threading.Timer(3, others[0].kill).start()
 

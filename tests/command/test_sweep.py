@@ -15,6 +15,8 @@ from pathlib import Path
 import pytest
 
 from nim_addon import command
+from nim_addon.command.sweep_board import Board
+from nim_addon.sweeps.state import State
 
 ROOT = Path(__file__).parents[2]
 SMALL = ("--size", "24x18", "--samples", "4", "--caustics", "path")
@@ -161,6 +163,29 @@ def test_words_that_make_no_sense(words, told, tmp_path, capsys, monkeypatch):
 def test_what_is_left_out_is_said_without_control_characters(nimray, tmp_path):
     done = nimray("sweep", "sphere", "--vary", "n=-2,\x1b[31m", "--plan", *SMALL, where=tmp_path)
     assert done.returncode == 0 and r"left out n = \x1b[31m" in done.stderr and "\x1b" not in done.stderr
+
+
+def test_of_many_points_that_are_left_out_some_are_named(nimray, tmp_path):
+    done = nimray("sweep", "sphere", "--vary", "n=-2,a,b,c,d,e,f,g", "--plan", *SMALL, where=tmp_path)
+    said = done.stderr.splitlines()
+    assert [line[: len("nimray: left out n = a")] for line in said[:-1]] == [
+        f"nimray: left out n = {n}" for n in "abcde"
+    ]
+    assert (done.returncode, said[-1]) == (0, "nimray: left out 2 more.")
+
+
+def test_progress_says_how_far_it_is_by_the_clock_and_at_the_end(tmp_path, capfd):
+    at = State(tmp_path, 3, kept=False)
+    with Board(at, progress=True) as board:
+        said, until = "", time.monotonic() + 30
+        while "\n" not in said and time.monotonic() < until:
+            time.sleep(0.05)
+            said += capfd.readouterr().out
+        assert json.loads(said.splitlines()[0]) == at.record()
+        at.done = 3
+        board.end([tmp_path / "table.csv"])
+    *_, last, files = map(json.loads, capfd.readouterr().out.splitlines())
+    assert (last["done"], last["total"], files) == (3, 3, {"files": [str(tmp_path / "table.csv")]})
 
 
 def test_a_plan_edited_into_nonsense_names_its_line(nimray, tmp_path):

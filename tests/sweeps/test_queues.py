@@ -85,10 +85,13 @@ def test_a_job_array_of_which_a_job_is_killed(spheres, tmp_path, queue):
 def test_a_template_of_open_job_description(spheres, tmp_path):
     tasks = spheres(-2, -1.5, -1)
     plan.write(tmp_path, tasks)
-    (file,) = export.write("openjd", tmp_path, tasks, chunk=2)
+    (file,) = export.write("openjd", tmp_path, tasks, chunk=2, words=["--measure=mean"])
     template = json.loads(file.read_text())
     lines = template["steps"][0]["parameterSpace"]["taskParameterDefinitions"][0]
     assert (lines["range"], lines["chunks"]["defaultTaskCount"]) == ("1-3", 2)
+    render, collect = (step["script"]["actions"]["onRun"]["args"] for step in template["steps"])
+    assert render[-4:] == ["{{Param.Folder}}/plan.jsonl", "--lines", "{{Task.Param.Lines}}", "--quiet"]
+    assert collect[-2:] == ["{{Param.Folder}}/plan.jsonl", "--measure=mean"]
     openjd = Path(sys.executable).with_name("openjd")
     if not openjd.exists():
         pytest.skip("needs openjd-cli")
@@ -96,4 +99,4 @@ def test_a_template_of_open_job_description(spheres, tmp_path):
     assert done.returncode == 0, done.stdout[-3000:]
     assert "Chunks run: 3" in done.stdout  # two of tasks, and what puts all together
     assert results.to_do(tmp_path, tasks) == []
-    assert (tmp_path / "table.csv").is_file()
+    assert "mean" in (tmp_path / "table.csv").read_text().splitlines()[0]

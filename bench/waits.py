@@ -116,7 +116,11 @@ def in_lab(name, script, folder):
         told = {f"{name.upper()}_ROOT": str(ROOT), f"{name.upper()}_OUT": str(file), "LAB_BIND": f"{ROOT}:{out}"}
         words = [script, "-d", folder, "shot", ROOT / "bench" / f"{name}.py", Path(out, "end.png")]
         done = subprocess.run(
-            words, env={**os.environ, **told}, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+            words,
+            env={"LAB_TIMEOUT": "900", **os.environ, **told},
+            text=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
         )
         if not file.exists():
             raise RuntimeError(f"{name} was not timed:\n{done.stdout[-2000:]}")

@@ -242,7 +242,7 @@ def _check_interface(name):
     if name not in (known := psutil.net_if_addrs()):
         raise RuntimeError(f"there is no network interface {name!r} here; the ones that exist are {', '.join(known)}.")
     if not importlib.util.find_spec("cryptography"):
-        raise RuntimeError("--interface needs certificates, which cryptography makes: pip install cryptography.")
+        raise RuntimeError(f"--interface needs certificates, which cryptography makes: {INSTALL}.")
 
 
 def _connected(address, **security):

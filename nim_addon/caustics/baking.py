@@ -11,7 +11,6 @@ import hashlib
 import json
 import math
 import time
-import zipfile
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -218,17 +217,21 @@ class Bake:
     def load(self, file: str | Path) -> bool:
         """Go on from a file that save() made of the same bake; returns whether there was one. Another's is left alone."""
         try:
-            with np.load(file) as state:
-                former = list(map(str, state["names"])) if "names" in state else None  # earlier versions kept none
-                if str(state["mark"]) != self._mark(named=former is None):
-                    return False
-                of = Density.from_state(state)
-                if former:  # what is appended to another file may have other names there
-                    now = dict(zip(former, self._names(), strict=True))
-                    of["textures"] = {now[name]: texture for name, texture in of["textures"].items()}
-                self.density = Density(self.tracer.parts, self.tracer.charts, **of)
-                self.done = int(state["done"])
-        except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile):
+            with np.load(file) as held:
+                state = dict(held)
+        except Exception:  # zip, zlib, and numpy's reader of heads each have their own for what is damaged
+            return False
+        try:
+            former = list(map(str, state["names"])) if "names" in state else None  # earlier versions kept none
+            if str(state["mark"]) != self._mark(named=former is None):
+                return False
+            of = Density.from_state(state)
+            if former:  # what is appended to another file may have other names there
+                now = dict(zip(former, self._names(), strict=True))
+                of["textures"] = {now[name]: texture for name, texture in of["textures"].items()}
+            self.density = Density(self.tracer.parts, self.tracer.charts, **of)
+            self.done = int(state["done"])
+        except (ValueError, KeyError, TypeError):
             return False
         return True
 

@@ -152,6 +152,28 @@ def test_a_bake_that_was_stopped_goes_on(scene, tmp_path):
         assert not cut.load(file)
 
 
+def test_a_state_that_is_damaged_is_none(scene, tmp_path):
+    """Wherever it is: in what zip says of a part, in a part that is compressed, in the head of an array."""
+    file, options = tmp_path / "state", {"texels": 16, "photons": 1 << 12}
+    with caustics.Bake(scene, [SUN], **options) as one:
+        next(iter(one))
+        one.save(file)
+    content = file.read_bytes()
+    entry = content.index(b"PK\1\2")
+    first = content.index(b".npy") + 20  # past what zip writes before the data
+    with caustics.Bake(scene, [SUN], **options) as one:
+        for place in (4, 6, 8, first, first + 10, entry + 6, entry + 8, entry + 10, *range(50, len(content), 97)):
+            for value in (0, 9, 255):
+                spoilt = bytearray(content)
+                spoilt[place : place + 4] = [value] * 4
+                file.write_bytes(spoilt)
+                one.load(file)  # what zip does not look at changes nothing
+        file.write_bytes(content[:entry] + bytes(len(content) - entry))
+        assert not one.load(file)
+        file.write_bytes(content)
+        assert one.load(file)
+
+
 def test_a_bake_is_kept_in_its_own_file_only(scene, tmp_path, one_sentence):
     """Another's link, of a name that can be guessed, was written through."""
     stranger = tmp_path / "stranger"

@@ -16,7 +16,7 @@ SHINING = {"EMISSION": "Strength", "BSDF_PRINCIPLED": "Emission Strength"}
 
 def hints(sight: Sight) -> list[Problem]:
     """What a sky would help, as Problems without a remedy of their own: code "sky"."""
-    radiance = _radiance(getattr(sight.scene.view_layers[0], "world_override", None) or sight.scene.world)
+    radiance = _radiance(sight.scene.view_layers[0].world_override or sight.scene.world)
     ours = set(sight.ours)
     names = [surface.original.name for surface in sight.shown if ours.intersection(surface.materials)]
     if radiance is None or not names:
@@ -44,16 +44,17 @@ def _radiance(world):
     nodes = asked(world)
     if {found.node.type for found in nodes} - PLAIN:
         return None
-    values = [
-        value_of(found.node.inputs[name], found.path)
-        for found in nodes
-        if found.node.type == "BACKGROUND"
-        for name in ("Color", "Strength")
-    ]
-    if not values:
+    background = next((found for found in nodes if found.node.type == "BACKGROUND"), None)
+    if background is None:
         return 0.0
-    color, strength = values
-    return max(color[:3]) * strength if color and strength is not None else None
+    color, strength = (_most(background.node.inputs[name], background.path) for name in ("Color", "Strength"))
+    return None if color is None or strength is None else color * strength
+
+
+def _most(socket, path):
+    """The value of an input, the brightest channel of a colour, which may be linked to either; None where nodes decide it."""
+    value = value_of(socket, path)
+    return max(value[:3]) if isinstance(value, tuple) else value
 
 
 def _shines(lamp: bpy.types.Object):
@@ -66,4 +67,4 @@ def _materials(surfaces):
 
 def _glows(material):
     sockets = [(node.inputs[SHINING[node.type]], path) for node, path in asked(material) if node.type in SHINING]
-    return any(value_of(socket, path) != 0 for socket, path in sockets)
+    return any(_most(socket, path) != 0 for socket, path in sockets)

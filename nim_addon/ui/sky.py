@@ -30,6 +30,9 @@ class NIM_OT_add_sky(bpy.types.Operator):
         world = surfaces.sky("Sky", sphere.HORIZON, sphere.ZENITH, glow=sun)
         world.cycles.sampling_method, world.cycles.sample_map_resolution = "MANUAL", MAP_WIDTH
         context.scene.world = world
+        for view in context.scene.view_layers:
+            if view.world_override:  # which hides that of the scene
+                view.world_override = world
         self.report({"INFO"}, pgettext_rpt("The scene has a sky: {name}").format(name=world.name))
         return {"FINISHED"}
 

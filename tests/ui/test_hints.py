@@ -170,6 +170,16 @@ def coloured(scene):
     tree.links.new(tree.nodes.new("ShaderNodeTexCoord").outputs[0], background(scene).inputs["Color"])
 
 
+def linked_to_the_other_kind(scene):
+    """A number as the sky's colour, and a colour as its strength."""
+    no_light(scene)
+    tree, node = scene.world.node_tree, background(scene)
+    grey, strength = tree.nodes.new("ShaderNodeValue"), tree.nodes.new("ShaderNodeRGB")
+    grey.outputs[0].default_value, strength.outputs[0].default_value = 0.05, (1.0, 1.0, 1.0, 1.0)
+    tree.links.new(grey.outputs[0], node.inputs["Color"])
+    tree.links.new(strength.outputs[0], node.inputs["Strength"])
+
+
 def coloured_without_light(scene):
     coloured(scene)
     no_light(scene)
@@ -197,6 +207,7 @@ BACKDROPS = [
     (no_light_no_world, [DARK]),
     (dark_light, [DARK]),
     (bright, []),
+    (linked_to_the_other_kind, [DARK]),
     (coloured, []),
     (coloured_without_light, []),
     (glowing_floor, []),
@@ -235,3 +246,11 @@ def test_one_click_gives_a_sky_and_one_undo_takes_it_back(scene, press, render):
     assert darkness(scene) == [] and checks.problems(scene) == []
     bpy.ops.ed.undo()
     assert bpy.context.scene.world.name == before and len(bpy.data.worlds) == 1
+
+
+def test_the_sky_stands_in_the_place_of_what_overrides_that_of_the_scene(scene, press):
+    no_light(scene)
+    scene.view_layers[0].world_override = bpy.data.worlds.new("Black")
+    assert darkness(scene) == [DARK]
+    press("nim.add_sky")
+    assert darkness(scene) == []

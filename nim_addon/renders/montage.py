@@ -40,7 +40,8 @@ def montage(
             form = pictures[0].spec().format
             pixels = [np.asarray(picture.get_pixels(form)) for picture in pictures]
             if captions:
-                pixels = [captioned(*one) for one in zip(pixels, captions, strict=True)]
+                size = min(map(letters, pixels, captions))
+                pixels = [captioned(*one, size=size) for one in zip(pixels, captions, strict=True)]
             rows = grid(pixels)
             height, width, channels = rows.shape
             joined = oiio.ImageBuf(oiio.ImageSpec(width, height, channels, form))
@@ -61,14 +62,23 @@ def caption(variant: Sequence[str]) -> str:
     return ", ".join(said)
 
 
-def captioned(picture: np.ndarray, *lines: str) -> np.ndarray:
-    """A picture (H, W, C), its pixels as they are, with lines of text on white below it, as large as they fit."""
+def letters(picture: np.ndarray, *lines: str) -> int:
+    """The height, pixels, of the largest letters with which lines of text fit below a picture (H, W, C)."""
+    width = picture.shape[1]
+    size = max(9, min(round(LETTERS * width), LARGEST))
+    # a letter of Open Image IO's own font is half as wide as it is high
+    return max(7, min(size, *(int(2 * (width - 2 * MARGIN) / max(len(line), 1)) for line in lines)))
+
+
+def captioned(picture: np.ndarray, *lines: str, size: int = 0) -> np.ndarray:
+    """A picture (H, W, C), its pixels as they are, with lines of text on white below it, as large as they fit.
+
+    size: of the letters, pixels, where others stand beside it, which have the same; 0: as they fit
+    """
     import OpenImageIO as oiio
 
     _, width, channels = picture.shape
-    size = max(9, min(round(LETTERS * width), LARGEST))
-    # a letter of Open Image IO's own font is half as wide as it is high
-    size = max(7, min(size, *(int(2 * (width - 2 * MARGIN) / max(len(line), 1)) for line in lines)))
+    size = size or letters(picture, *lines)
     form = oiio.UINT8 if picture.dtype == np.uint8 else oiio.FLOAT
     band = oiio.ImageBuf(oiio.ImageSpec(width, (size + MARGIN) * len(lines) + MARGIN, channels, form))
     oiio.ImageBufAlgo.fill(band, (1.0,) * channels)

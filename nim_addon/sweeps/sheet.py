@@ -11,7 +11,7 @@ import numpy as np
 
 from ..base.files import whole
 from ..cycles.images import image_of, write_whole
-from ..renders.montage import captioned, grid
+from ..renders.montage import captioned, grid, letters
 from . import results
 from .plan import Task
 
@@ -46,14 +46,15 @@ def write(folder: str | Path, pictures: Sequence[Task]) -> Path:
     columns = columns_of(pictures)
     width = min(WIDTH, WIDEST // columns)
     cells = [_cell(results.image_of(folder, task).with_suffix(".png"), task, width) for task in pictures]
-    pixels = np.ascontiguousarray(grid(cells, columns))
+    size = min(letters(*cell) for cell in cells)
+    pixels = np.ascontiguousarray(grid([captioned(*cell, size=size) for cell in cells], columns))
     sheet = oiio.ImageBuf(oiio.ImageSpec(pixels.shape[1], pixels.shape[0], 3, oiio.UINT8))
     sheet.set_pixels(sheet.roi, pixels)
     return whole(Path(folder).expanduser() / FILE, lambda part: write_whole(sheet, part))
 
 
 def _cell(png, task, width):
-    """(H, W, 3) bytes of a picture in that width, its caption under it on white; a grey field where it is not done."""
+    """(H, W, 3) bytes of a picture in that width, a grey field where it is not done, and the lines of its caption."""
     import OpenImageIO as oiio
 
     image = image_of(png) if png.is_file() else oiio.ImageBuf(oiio.ImageSpec(4, 3, 3, oiio.UINT8))
@@ -61,4 +62,4 @@ def _cell(png, task, width):
     height = max(1, round(width * spec.height / spec.width))
     small = oiio.ImageBufAlgo.resize(image, roi=oiio.ROI(0, width, 0, height, 0, 1, 0, 3))
     lines = [f"{key} = {value}" for key, value in task.values.items()] or [task.title]
-    return captioned(np.asarray(small.get_pixels(oiio.UINT8)), *lines)
+    return np.asarray(small.get_pixels(oiio.UINT8)), *lines

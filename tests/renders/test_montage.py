@@ -2,9 +2,10 @@
 """Images side by side: where each stands, and what lies between."""
 
 import numpy as np
+import OpenImageIO as oiio
 import pytest
 
-from nim_addon.renders.montage import grid
+from nim_addon.renders.montage import grid, montage
 
 
 @pytest.mark.parametrize(("form", "white"), ((np.uint8, 255), (np.float32, 1)))
@@ -21,3 +22,16 @@ def test_pictures_stand_in_rows_and_the_smaller_are_centred(form, white):
 
 def test_without_columns_all_stand_in_one_row():
     assert grid([np.zeros((4, 6, 3))] * 3).shape == (4, 3 * 6 + 2 * 2, 3)
+
+
+def test_pictures_stay_level_however_long_their_captions_are(tmp_path):
+    files = []
+    for name in "ab":
+        for suffix in ("exr", "png"):
+            image = oiio.ImageBuf(oiio.ImageSpec(320, 40, 3, oiio.FLOAT if suffix == "exr" else oiio.UINT8))
+            oiio.ImageBufAlgo.fill(image, (0.5,) * 3)
+            assert image.write(str(tmp_path / f"{name}.{suffix}"))
+        files.append((tmp_path / f"{name}.exr", tmp_path / f"{name}.png"))
+    for joined in montage(tmp_path, "joined", files, {}, ["n = 1.5", "n = -1.5, " * 8]):
+        pixels = oiio.ImageBuf(str(joined)).get_pixels()
+        assert np.allclose(pixels[:40, :320], 0.5, atol=0.01) and np.allclose(pixels[:40, -320:], 0.5, atol=0.01)

@@ -102,6 +102,9 @@ def take_back(object_: bpy.types.Object) -> None:
             slot.link = "OBJECT"
             slot.material = was.material
             slot.link = was.link
+            owned = object_.data.materials[slot.slot_index]
+            if owned in worn and owned.name == was.worn:  # Join and others move into the mesh what its objects wear
+                object_.data.materials[slot.slot_index] = was.mesh_material
     # the mesh's own slot goes with the last of the objects it was made for
     lone = len(object_.data.materials) == 1 and object_.data.materials[0] is None
     if object_.nim.slot_added and lone and not any(other.nim.slot_added for other in _sharing(object_)):

@@ -142,3 +142,17 @@ def test_files_of_earlier_versions_are_taken_back_by_place(four, press):
         entry.property_unset("mesh_material")
     press("nim.revert")
     assert worn_by(four) == before
+
+
+def test_what_join_moved_into_the_mesh_is_taken_back_too(four, press):
+    bpy.ops.mesh.primitive_cube_add()
+    other = bpy.context.object
+    other.data.materials.append(bpy.data.materials.new("Other"))
+    select(four)
+    four.active_material_index = 0
+    press("nim.convert", slots="ACTIVE")
+    other.select_set(True)
+    bpy.ops.object.join()
+    press("nim.revert")
+    assert [name for _, name in worn_by(four)] == ["First", "Own", "Third", None, "Other"]
+    assert not any(map(interface_nodes, bpy.data.materials))

@@ -25,11 +25,28 @@ def wrong_engine(scene: bpy.types.Scene) -> str | None:
 
     Nothing is evaluated: it may be asked while a render is under way.
     """
-    engine = checks.engine_name(scene)
-    if engine == "Cycles":
-        return None
-    worn = declared(rendered(scene)).values()
-    return engine if any(asked_closures(material) for materials in worn for material in set(materials)) else None
+    for one in _pictured(scene):
+        engine = checks.engine_name(one)
+        if engine != "Cycles" and any(map(asked_closures, _worn(one))):
+            return engine
+    return None
+
+
+def _pictured(scene):
+    """The scenes whose objects are in the picture: itself, or those of its strips, where the sequencer makes it."""
+    editor = scene.sequence_editor if scene.render.use_sequencer else None
+    strips = getattr(editor, "strips_all", None) or getattr(editor, "sequences_all", ())  # until 4.3
+    seen = [strip for strip in strips if strip.type != "SOUND" and not strip.mute]
+    return {strip.scene for strip in seen if strip.type == "SCENE" and strip.scene} if seen else {scene}
+
+
+def _worn(scene):
+    """The materials that its view layers show."""
+    for view in scene.view_layers:
+        if view.use and view.material_override:
+            yield view.material_override
+        elif view.use:
+            yield from {material for materials in declared(rendered(scene, view)).values() for material in materials}
 
 
 def _slot():

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A render by another engine than Cycles says, as it starts, that it shows no refraction; where there is some to be shown."""
 
+import wave
+
 import bpy
 import pytest
 
@@ -54,6 +56,38 @@ def test_nothing_is_said_where_nothing_of_ours_is_rendered(scene, capfd):
     maker.instance_type, maker.instance_collection = "COLLECTION", held
     scene.collection.objects.link(maker)
     assert said(scene, capfd), "of an instance, too"
+
+
+def test_every_view_layer_counts_that_is_rendered_as_it_is(scene):
+    first, second = scene.view_layers[0], scene.view_layers.new("Second")
+    first.layer_collection.children[0].exclude = True
+    assert render_note.wrong_engine(scene), "the second shows it"
+    second.use = False
+    assert render_note.wrong_engine(scene) is None
+    second.use, second.material_override = True, bpy.data.materials.new("Clay")
+    assert render_note.wrong_engine(scene) is None
+
+
+def test_of_strips_their_scenes_count(scene, tmp_path):
+    # a Blender without Audaspace adds no sounds
+    with wave.open(str(tmp_path / "still.wav"), "wb") as sound:
+        sound.setparams((1, 2, 8000, 0, "NONE", ""))
+        sound.writeframes(bytes(8000))
+    edited = bpy.data.scenes.new("Edited")
+    for one in (edited, scene):
+        editor = one.sequence_editor_create()
+        strips = editor.strips if hasattr(editor, "strips") else editor.sequences
+        if one == edited:
+            strips.new_scene("Strip", scene, 1, 1)
+            assert render_note.wrong_engine(edited) == "NIM_TEST_FLAT"
+        else:
+            if bpy.app.build_options.audaspace:
+                strips.new_sound("Sound", str(tmp_path / "still.wav"), 1, 1)
+            assert render_note.wrong_engine(scene) == "NIM_TEST_FLAT"
+            strips.new_image("Image", "none.png", 2, 1)
+    assert render_note.wrong_engine(scene) is None, "its picture shows a file"
+    scene.render.use_sequencer = False
+    assert render_note.wrong_engine(scene) == "NIM_TEST_FLAT"
 
 
 def test_what_people_call_the_engines(scene):

@@ -69,7 +69,8 @@ class Board:
         elif not self.quiet:
             self._clear()
             workers = f"{estimate.workers} worker{'s' * (estimate.workers > 1)}"
-            note(f"the other {estimate.tasks} take about {duration(estimate.seconds)} on {workers}.")
+            others = f"the other {estimate.tasks} take" if estimate.tasks > 1 else "the last one takes"
+            note(f"{others} about {duration(estimate.seconds)} on {workers}.")
 
     def _warn(self, sentence):
         self._clear()

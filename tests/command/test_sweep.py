@@ -235,10 +235,15 @@ def test_the_time_is_told_by_three_of_them_before_the_rest(nimray, tmp_path, wor
     assert estimate["seconds"] == pytest.approx(expected, abs=0.06)
     if workers == 1:
         assert [line["task"] for line in ended[:place]] == [f"samples = {count}" for count in (1, 4, 64)]
+        four = ("sweep", "sphere", "--vary", "samples=8:11:1", "--size", "24x18", "--caustics", "path")
+        done = nimray(*four, where=tmp_path)
+        assert re.search(r"^nimray: the last one takes about 0:\d\d on 1 worker.$", done.stderr, re.MULTILINE)
     else:
         more = ("sweep", "sphere", "--vary", "samples=8:14:1", "--size", "24x18", "--caustics", "path")
         done = nimray(*more, "--workers", 2, where=tmp_path)
-        assert re.search(r"^nimray: the other [1-4] take about 0:\d\d on 2 workers.$", done.stderr, re.MULTILINE)
+        assert re.search(
+            r"^nimray: the (other [2-4] take|last one takes) about 0:\d\d on 2 workers.$", done.stderr, re.MULTILINE
+        )
 
 
 @pytest.mark.parametrize("on", ["local", "dask"])

@@ -141,8 +141,8 @@ class Tracer:
                     "renders, by the camera in the Outliner, or add a ground or a floor."
                 )
             raise ValueError(
-                "the scene has no diffuse surface of its own for light to land on (none that is instanced, linked or "
-                "overridden, in another scene too, or shown and hidden by keyframes); add a ground or a floor."
+                "the scene has no diffuse surface of its own for light to land on; add a ground or a floor (one that is "
+                "instanced, linked or overridden, in another scene too, or shown and hidden by keyframes does not count)."
             )
         if any(is_medium_node(node) for tree in self.bending.trees for node in tree.nodes):
             # a medium that disperses asks OSL for the wavelength, the neutral one too

@@ -96,6 +96,8 @@ class NIM_OT_view_rendered(bpy.types.Operator):
         """Change the engine, where it is another, and the view."""
         if context.scene.render.engine != "CYCLES":
             context.scene.render.engine = "CYCLES"
+            # else the next step is undone along with it; a view alone has no undo
+            bpy.ops.ed.undo_push(message=self.bl_label)
         context.space_data.shading.type = "RENDERED"
         return {"FINISHED"}
 

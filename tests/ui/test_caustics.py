@@ -346,7 +346,7 @@ def test_what_cannot_be_baked_is_said_in_one_sentence(scene, press):
     refused(r"no diffuse surface for light to land on \(hidden from renders: Floor\); show one")
     bpy.data.objects.remove(floor)
     before["objects"].remove("Floor")
-    refused("no diffuse surface of its own .*add a ground or a floor")
+    refused(r"no diffuse surface of its own for light to land on; add a ground or a floor \(one that")
 
 
 def test_a_cube_made_a_nim_bakes(addon, monkeypatch):

@@ -67,6 +67,22 @@ def test_the_button_shows_it_rendered(view, press):
     assert said(area.spaces.active) is None
 
 
+def test_undo_after_the_button_takes_back_the_next_step_alone(view, press):
+    bpy.context.scene.render.engine = "BLENDER_WORKBENCH"
+    bpy.ops.ed.undo_push(message="start")
+    window = bpy.context.window_manager.windows[0]
+    area = next(area for area in window.screen.areas if area.type == "VIEW_3D")
+    with bpy.context.temp_override(window=window, area=area):
+        press("nim.view_rendered")
+    bpy.context.scene.cycles.transparent_max_bounces = 77
+    bpy.ops.ed.undo_push(message="bounces")
+    bpy.ops.ed.undo()
+    scene = bpy.context.scene
+    assert scene.cycles.transparent_max_bounces != 77 and scene.render.engine == "CYCLES"
+    bpy.ops.ed.undo()
+    assert bpy.context.scene.render.engine == "BLENDER_WORKBENCH"
+
+
 @pytest.mark.parametrize("shading, shapes", [("SOLID", True), ("WIREFRAME", True), ("MATERIAL", False)])
 def test_a_solid_view_says_that_it_shows_no_refraction(view, shading, shapes):
     from nim_addon.ui import viewport

@@ -385,7 +385,11 @@ class NIM_PT_convert(Sidebar, bpy.types.Panel):
                 "MATERIAL_UL_matslots", "", object_, "material_slots", object_, "active_material_index", rows=2
             )
         if object_ is None or (object_.type not in SURFACES and material is None):
-            layout.label(text="Select an object with a surface", icon="INFO")
+            if object_ is None:
+                layout.label(text="Select an object with a surface", icon="INFO")
+            else:  # others that have one may be selected
+                text = pgettext_iface("{name}, the active object, has no surface.").format(name=object_.name)
+                draw_sentence(layout, context, text, icon="INFO")
         elif material is None:
             # of several slots the one that is chosen
             named = object_.active_material if len(object_.material_slots) > 1 else None

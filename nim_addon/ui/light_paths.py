@@ -105,6 +105,8 @@ class NIM_PT_light_paths(Sidebar, bpy.types.Panel):
         row = column.row()
         row.active = live  # curves are coloured by part
         row.prop(settings, "color")
+        if live and live_look.nothing_disperses(context.scene):
+            column.label(text="Nothing disperses, so by part:")
         if live or light_curves.collection_of(context.scene):
             column.label(text=live_look.legend(context.scene))
         draw_settings(self.layout, settings)

@@ -147,6 +147,14 @@ def legend(scene: bpy.types.Scene) -> str:
     return LEGENDS[color]
 
 
+def nothing_disperses(scene: bpy.types.Scene) -> bool:
+    """Whether the live rays of a scene are coloured by part though they shall be by wavelength: all are alike."""
+    last = LOOKS.last(scene)
+    if not on or scene.nim_rays.color != "WAVELENGTH" or last is None or not last.traced:
+        return False
+    return not any(one.wavelengths_nm for one in last.traced)
+
+
 def redraw() -> None:
     """Let all 3D views be drawn again."""
     for window in bpy.context.window_manager.windows:

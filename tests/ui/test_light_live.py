@@ -4,6 +4,7 @@
 import math
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import bpy
 import numpy as np
@@ -22,6 +23,7 @@ from nim_addon.physics.rays import Kind
 from nim_addon.physics.uniaxial import UniaxialSlab
 from nim_addon.scenes import shapes
 from nim_addon.ui import light_live, live_lines, live_look
+from tests.ui.conftest import Layout
 from tests.ui.drawn_paths import add, add_interface, drawn
 
 
@@ -113,12 +115,21 @@ def test_the_panel_says_what_the_colours_say(scene):
         live_look.LOOKS.renew(scene.session_uid)
         return live_look.legend(scene)
 
+    def panel():
+        layout = Layout()
+        context = SimpleNamespace(scene=scene, region=None)
+        bpy.types.NIM_PT_light_paths.draw(SimpleNamespace(layout=layout), context)
+        return layout.text
+
     ball = a_ball()
+    bpy.context.view_layer.update()
     assert said("PART") == said("WAVELENGTH") == "Yellow in, orange on, blue reflected", "nothing disperses"
+    assert said("WAVELENGTH") and "Nothing disperses, so by part:\nYellow in" in panel()
+    assert said("PART") and "Nothing disperses" not in panel()
     assert said("ENERGY").startswith("White")
     ball.data.materials[0] = interface_material("SF11", Medium.parse("n-sf11"), backend="nodes")
     bpy.context.view_layer.update()
-    assert said("WAVELENGTH") == "The colours are those of the light"
+    assert said("WAVELENGTH") == "The colours are those of the light" and "Nothing disperses" not in panel()
     light_live.stop()
     assert said("ENERGY").startswith("Yellow"), "of curves"
 

@@ -162,7 +162,7 @@ def read_off(object_):
     """The lines of the panel for an object."""
     layout = Layout()
     preferences = SimpleNamespace(system=SimpleNamespace(ui_scale=1.0, pixel_size=1.0))
-    selected = {"object": object_, "selected_objects": [object_], "mode": "OBJECT"}
+    selected = {"object": object_, "selected_objects": [object_] if object_ else [], "mode": "OBJECT"}
     region = SimpleNamespace(width=9000)
     context = SimpleNamespace(scene=bpy.context.scene, region=region, preferences=preferences, **selected)
     bpy.types.NIM_PT_convert.draw(SimpleNamespace(layout=layout), context)
@@ -172,7 +172,8 @@ def read_off(object_):
 def test_the_panel_shows_what_modifiers_and_instances_wear(addon):
     cube = bpy.data.objects["Cube"]
     maker = bpy.data.objects.new("Maker", None)
-    assert read_off(maker) == ["Select an object with a surface"]
+    assert read_off(None) == ["Select an object with a surface"]
+    assert read_off(maker) == ["Maker, the active object, has no surface."]
     assert read_off(cube) == ["Cube has no negative-index interface."]
     cube.data.materials.append(None)
     assert read_off(cube) == ["Material has no negative-index interface."], "of the slot that is chosen"

@@ -94,6 +94,18 @@ def found_from_anywhere() -> Iterator[None]:
             frames.keep(scene)
 
 
+def in_the_dark(scene: bpy.types.Scene) -> bool:
+    """Whether nothing of a scene that remembers Frames can be traced at its frame, which is kept of none then."""
+    frames = frames_of(scene)
+    try:
+        if frames:
+            with frames.bake(scene):
+                pass
+    except ValueError:
+        return True
+    return False
+
+
 def wanted(scene: bpy.types.Scene) -> tuple[int, int | None] | None:
     """The photons, and the edge of the largest texture, that a person had a scene traced with, where that is out of date.
 

@@ -75,7 +75,7 @@ class Said:
 
     def __call__(self, session: Session) -> None:
         """Say what a render would show wrong; Failure instead of the first of it where that is strict."""
-        from .. import checks
+        from .. import caustics, checks
         from ..renders.asked import known
         from ..renders.blends import missing_files, newer
 
@@ -103,7 +103,11 @@ class Said:
                 "--caustics path."
             )
         elif session.kept and decided.caustics is None:
-            wrong.append(f"its caustics are those that are kept in {session.kept.folder}.")
+            wrong.append(
+                f"its caustics are those that are kept in {session.kept.folder}."
+                if caustics.baked(scene)
+                else "no light can be traced in it, and it has no caustics."
+            )
         for sentence in wrong:
             if sentence not in self.known and not self.quiet:
                 note(f"{_at(decided)}{sentence}")

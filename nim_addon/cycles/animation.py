@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import contextlib
+from collections.abc import Iterable, Iterator
 
 import bpy
 
@@ -18,6 +19,30 @@ def curves_of(owner: bpy.types.ID) -> Iterator[tuple[bpy.types.FCurve, bpy.types
 def actions_of(owner: bpy.types.ID) -> list[bpy.types.Action]:
     """The actions that a data-block, or an NLA strip of it, plays."""
     return [player.action for player, _ in _players(owner) if player.action]
+
+
+def settle(scene: bpy.types.Scene, used: Iterable[bpy.types.ID]) -> None:
+    """Let what a scene uses have the values, but for custom properties, that keyframes and drivers give it at the scene's frame.
+
+    Blender evaluates them for every scene, but writes back only those of the one in the window.
+    """
+    depsgraph = scene.view_layers[0].depsgraph
+    for data in used:
+        evaluated = data.evaluated_get(depsgraph)
+        for owner, now in ((data, evaluated), *_trees(data, evaluated)):
+            if animation := getattr(owner, "animation_data", None):
+                paths = {curve.data_path for curve, _ in curves_of(owner)}
+                for path in paths | {driver.data_path for driver in animation.drivers}:
+                    holder, _, name = path.rpartition(".")
+                    # of what is gone, or is not to be written
+                    with contextlib.suppress(ValueError, AttributeError, TypeError):
+                        setattr(owner.path_resolve(holder) if holder else owner, name, now.path_resolve(path))
+
+
+def _trees(data, evaluated):
+    """The node tree that belongs to a data-block alone, and the same evaluated."""
+    tree = getattr(data, "node_tree", None)
+    return [(tree, evaluated.node_tree)] if tree else []
 
 
 def _players(owner) -> list[tuple]:

@@ -16,12 +16,13 @@ from .. import caustics, checks
 from ..base.files import writable_folder
 from ..caustics import frames
 from ..cycles import render, spectral, spectral_picture
+from ..cycles.animation import settle
 from ..cycles.images import record_of
 from ..cycles.material import resolve
 from ..scenes import scene_type
 from ..scenes.stage import aim
 from .asked import Asked, known
-from .blends import libraries_of
+from .blends import libraries_of, used_by
 from .changes import change_of
 from .inputs import set_input
 from .sizes import own_size, set_size
@@ -138,6 +139,7 @@ class Session(Generic[Kind]):
             if request.frame is not None:
                 with frames.as_they_are():
                     scene.frame_set(request.frame)
+                settle(scene, {scene, *used_by(scene)})
             request = _as_in(scene, request)
             for key, number in request.inputs or ():
                 set_input(scene, key, number)
@@ -251,11 +253,17 @@ def _as_in(scene, request):
 def _baked_anew(scene, request):
     """The request with caustics that are traced where the .blend has some that are of another state of its scene.
 
-    Those that are kept of the frame are put in where they are of the scene, unless others are asked for.
+    Those that are kept of the frame are put in where they are of the scene, unless others are asked for. A frame at which
+    nothing can be traced has none.
     """
     others = (request.caustics, request.photons, request.texels, request.wavelength)
-    if not request.spectral and others == (None,) * len(others):
-        frames.follow(scene)
+    if (
+        not request.spectral
+        and others == (None,) * len(others)
+        and not frames.follow(scene)
+        and frames.in_the_dark(scene)
+    ):
+        return request
     asked = None if request.caustics else caustics.wanted(scene)
     if asked is None:
         return request

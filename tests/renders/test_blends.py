@@ -11,7 +11,7 @@ import OpenImageIO as oiio
 import pytest
 
 from nim_addon.base.streams import quiet
-from nim_addon.renders.request import Request
+from nim_addon.renders.request import Request, Session
 from nim_addon.scenes import scene_type
 
 
@@ -191,3 +191,28 @@ def test_what_a_blend_is_linked_from_belongs_to_it(blend, tmp_path, one_sentence
     assert asked.key() != key and not asked.render(tmp_path / "out", keep=True).was_there
     deep.unlink()
     assert dict(asked.decided().blend.libraries)[str(deep)] == ""
+
+
+def test_at_a_frame_its_data_is_as_keyframes_and_drivers_have_it(blend, tmp_path):
+    """Blender writes back only what moves in the scene of the window: lights, media and what is shown were of the saved frame."""
+
+    def move(scene):
+        lamp = bpy.data.objects.new("Lamp", bpy.data.lights.new("Lamp", "POINT"))
+        scene.collection.objects.link(lamp)
+        ball = scene.objects["Sphere"]
+        node = ball.material_slots[0].material.node_tree.nodes.new("ShaderNodeValue")
+        node.name = "Moves"
+        for frame, energy, hidden in ((1, 0.0, True), (3, 8.0, False)):
+            lamp.data.energy, ball.hide_render, node.outputs[0].default_value = energy, hidden, energy
+            lamp.data.keyframe_insert("energy", frame=frame)
+            ball.keyframe_insert("hide_render", frame=frame)
+            node.outputs[0].keyframe_insert("default_value", frame=frame)
+        ball.modifiers.new("A.B", "ARRAY").driver_add("count").driver.expression = "frame + 1"
+        scene.frame_set(1)
+
+    moves = changed(blend, move, into=tmp_path / "moves.blend")
+    with Session(Request.of_blend(moves, "NIM sphere", frame=3)) as session:
+        lamp, ball = session.scene.objects["Lamp"], session.scene.objects["Sphere"]
+        node = ball.material_slots[0].material.node_tree.nodes["Moves"]
+        assert (lamp.data.energy, ball.hide_render, node.outputs[0].default_value) == (8.0, False, 8.0)
+        assert ball.modifiers["A.B"].count == 4

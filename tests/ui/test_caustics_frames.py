@@ -180,7 +180,7 @@ def test_stopped_it_goes_on_from_there(scene, tmp_path):
     again.close()
 
 
-def test_a_frame_without_light_has_none_and_an_unsaved_file_is_refused(scene, tmp_path):
+def test_a_frame_without_light_has_none_and_an_unsaved_file_is_refused(scene, tmp_path, capsys):
     ball = bpy.data.objects["Ball"]
     ball.hide_render = True
     ball.keyframe_insert("hide_render", frame=2)
@@ -189,6 +189,11 @@ def test_a_frame_without_light_has_none_and_an_unsaved_file_is_refused(scene, tm
     scene.frame_start = 2
     bpy.ops.nim.bake_caustics_frames()
     assert [file.name for file in kept_in(tmp_path)] == ["0003.npz"]
+    copy = tmp_path / "copy.blend"
+    render_scene.save_copy(copy)
+    command.main(["render", str(copy), "--frames", "2-3", "--out", str(tmp_path), "--name", "mine", "--samples", "1"])
+    assert "frame 2: no light can be traced in it, and it has no caustics." in (said := capsys.readouterr().err)
+    assert "frame 3: its caustics are those that are kept in" in said
     assert shown(scene) is None
     with quiet():
         bpy.ops.wm.read_homefile(use_factory_startup=True)

@@ -64,7 +64,7 @@ class NIM_PT_caustics(Sidebar, bpy.types.Panel):
             layout.progress(factor=run.part, text=run.text())
             layout.label(text="Esc: stop, and keep what is traced")
         elif known:
-            if not viewport.is_rendered(context.screen, context.scene):
+            if known.baked and not viewport.is_rendered(context.screen, context.scene):
                 layout.operator("nim.view_rendered", icon="SHADING_RENDERED")
             _draw_known(layout, context, known)
         column = layout.column()
@@ -93,6 +93,11 @@ def _draw_known(layout, context, known):
         column.label(text="No caustics yet", icon="INFO")
     elif known.stale:
         draw_sentence(column, context, pgettext_iface("Out of date: the scene has changed since"), "ERROR")
+    elif known.asked:
+        text = pgettext_iface("Stopped at {traced} of {asked} million photons: Bake Again traces them all").format(
+            traced=caustics_bake.millions(known.report["photons"]), asked=caustics_bake.millions(known.asked)
+        )
+        draw_sentence(column, context, text, "INFO")
     else:
         column.label(text="Up to date", icon="CHECKMARK")
     if known.surfaces:

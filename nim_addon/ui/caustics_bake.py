@@ -89,6 +89,7 @@ class Run:
         textures = self.bake.density.textures.values()
         collection[caustics.REPORT] = {
             "photons": self.photons,
+            "asked": float(self.settings[0] * MILLION),
             "seconds": time.monotonic() - self.started,
             "megabytes": sum(texture.size for texture in textures) * 16 / 1e6,
             # what was asked for; nothing where it was stopped before

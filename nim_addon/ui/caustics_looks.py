@@ -30,6 +30,8 @@ class Known:
         self.surfaces = surfaces_of(scene)
         report = collection.get(caustics.REPORT) if self.baked else None
         self.report = report.to_dict() if report else None  # a script's own bake says nothing of itself
+        # photons of a bake that was stopped before it had traced them; else 0
+        self.asked = self.report.get("asked", 0) if report and not self.report["settings"] else 0
         self.left = caustics.left(scene) or frames.frames_of(scene) is not None
         self.kept = frames.kept(scene, range(scene.frame_start, scene.frame_end + 1, scene.frame_step))
         self.stale = self.baked and caustics.out_of_date(scene, MESHES)

@@ -90,7 +90,7 @@ def drawn(scene, shading="SOLID"):
 
 def test_the_button_bakes_and_clear_gives_the_scene_back(scene, press, capfd):
     before = names()
-    assert "Bake Caustics | nim.view_rendered | No caustics yet | Sun: Light" in drawn(scene)
+    assert "Bake Caustics | No caustics yet | Sun: Light" in drawn(scene), "there is nothing yet to show"
     with pytest.raises(RuntimeError, match="This scene has no baked caustics"):
         press("nim.clear_caustics")
     assert press("nim.bake_caustics") == {"FINISHED"}
@@ -113,8 +113,9 @@ def test_the_button_bakes_and_clear_gives_the_scene_back(scene, press, capfd):
     assert "No caustics yet" in drawn(scene)
 
 
-def test_the_button_that_shows_them_stands_there_until_a_view_does(scene):
+def test_the_button_that_shows_them_stands_there_until_a_view_does(scene, press):
     """Cycles is what shows them: Rendered by EEVEE is not enough."""
+    press("nim.bake_caustics")
     assert scene.render.engine != "CYCLES"
     for shading in ("SOLID", "MATERIAL", "RENDERED"):
         assert "nim.view_rendered" in drawn(scene, shading)
@@ -219,6 +220,7 @@ def test_a_change_is_looked_at_once_it_is_still(monkeypatch):
     stand_in = types.SimpleNamespace(
         app=types.SimpleNamespace(background=False, timers=stand_in),
         context=types.SimpleNamespace(window_manager=manager),
+        data=bpy.data,
     )
     monkeypatch.setattr(deferred, "bpy", stand_in)
     monkeypatch.setattr(deferred, "time", types.SimpleNamespace(monotonic=lambda: now[0]))
@@ -277,8 +279,14 @@ def test_stopped_early_nothing_is_changed_and_after_two_rounds_the_rest_is_kept(
     assert press.run.part == 0.5 and "left" in press.run.text()
     assert press.stop() == {"FINISHED"}
     assert "onto Floor, hidden now behind copies that shine: 0.5 million photons" in reports[-1][1]
-    assert "Up to date" in drawn(scene)
+    said = "Stopped at 0.5 of 1 million photons: Bake Again traces them all"
+    assert said in drawn(scene) and "Up to date" not in drawn(scene)
     assert caustics_bake.NIM_OT_bake_caustics.poll(bpy.context)  # there are more to trace
+    scene.objects["Ball"].location.x = 0.5
+    assert known(scene).stale and "Out of date" in drawn(scene) and "Stopped at" not in drawn(scene)
+    scene.objects["Ball"].location.x = 0.0
+    bpy.ops.nim.bake_caustics()
+    assert "Up to date" in drawn(scene)
 
 
 def test_a_scene_that_changes_or_goes_ends_it(scene, addon):

@@ -346,12 +346,26 @@ def _shown_of(object_):
     return next((material for material in others if active_node(material)), None)
 
 
+def _meant(context):
+    """The object that a person means: the active one if it is selected, else the first with a surface that is; or None.
+
+    Where nothing is selected the active object is only the last one, which may even be hidden: it is meant if what it wears
+    is negative-index, for its numbers.
+    """
+    active = context.object
+    if context.mode != "OBJECT" or active is None or active in context.selected_objects:
+        return active
+    chosen = [object_ for object_ in context.selected_objects if object_.type in SURFACES]
+    return chosen[0] if chosen else active if _shown_of(active) else None
+
+
 def draw_buttons(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     """Draw what can be done with what is selected: add a body where that is nothing, make what is none yet, take back."""
-    chosen = _selected(context)
+    object_ = _meant(context)
+    chosen = _selected(context) if object_ else []
     column = layout.column(align=True)
     if not chosen:
-        if context.mode == "OBJECT" and _shown_of(context.object) is None:
+        if context.mode == "OBJECT" and _shown_of(object_) is None:
             column.menu("NIM_MT_add_mesh", text="Add a Body", icon="ADD")
         return
     if any(_shown_of(object_) is None for object_ in chosen):
@@ -371,7 +385,7 @@ class NIM_PT_convert(Sidebar, bpy.types.Panel):
     def draw(self, context):
         """Draw its media and what they do, and what can be done with it."""
         layout = self.layout
-        object_ = context.object
+        object_ = _meant(context)
         if object_ and object_.get(CAUSTICS_MARK):
             text = pgettext_iface(
                 "{name} shines for a surface that is hidden meanwhile: change that, not this. Clear Caustics shows it again."

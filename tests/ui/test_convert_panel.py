@@ -70,6 +70,11 @@ def test_the_panel_offers_what_comes_next(cube, press):
     assert list(offered()) == ["NIM_MT_add_mesh"]
     select(bpy.data.objects["Camera"])
     assert list(offered()) == ["NIM_MT_add_mesh"]
+    select(cube)
+    cube.select_set(False)
+    assert list(offered()) == ["NIM_MT_add_mesh"], "it is active still, which nobody means"
+    press("nim.convert")  # of the properties, where the active object is meant
+    assert list(offered()) == ["nim.revert"]
 
 
 def test_the_panel_offers_to_make_the_slot_that_is_none_yet(cube, press):

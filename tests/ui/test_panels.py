@@ -158,11 +158,12 @@ def test_nothing_is_cut_off_at_the_sidebars_own_width(addon):
     assert not cut
 
 
-def read_off(object_):
-    """The lines of the panel for an object."""
+def read_off(object_, selected=None):
+    """The lines of the panel for an active object, which alone is selected where no other are given."""
     layout = Layout()
     preferences = SimpleNamespace(system=SimpleNamespace(ui_scale=1.0, pixel_size=1.0))
-    selected = {"object": object_, "selected_objects": [object_] if object_ else [], "mode": "OBJECT"}
+    selected = [object_] if selected is None and object_ else selected or []
+    selected = {"object": object_, "selected_objects": selected, "mode": "OBJECT"}
     region = SimpleNamespace(width=9000)
     context = SimpleNamespace(scene=bpy.context.scene, region=region, preferences=preferences, **selected)
     bpy.types.NIM_PT_convert.draw(SimpleNamespace(layout=layout), context)
@@ -189,6 +190,18 @@ def test_the_panel_shows_what_modifiers_and_instances_wear(addon):
     assert read_off(maker)[0] == "Maker: Mine" and read_off(cube)[0] == "Cube: Mine"
     cube.data.materials[0] = interface_material("Own", Medium(-2.0), backend="nodes")
     assert read_off(cube)[0] == "Cube: Own"
+
+
+def test_the_panel_speaks_of_what_is_selected(addon):
+    cube, camera = bpy.data.objects["Cube"], bpy.data.objects["Camera"]
+    other = bpy.data.objects.new("Other", cube.data.copy())
+    none = ["Select an object with a surface"]
+    assert read_off(cube, []) == none, "the active object is the last one, which nobody means"
+    assert read_off(cube, [camera]) == none
+    assert read_off(cube, [camera, other]) == ["Other has no negative-index interface."]
+    cube.data.materials[0] = interface_material("Mine", Medium(-1.5), backend="nodes")
+    assert read_off(cube, [])[0] == "Cube: Mine", "its numbers are of use"
+    assert read_off(cube, [other]) == ["Other has no negative-index interface."]
 
 
 def test_the_panel_says_of_a_copy_that_shines_that_its_surface_is_hidden(addon):

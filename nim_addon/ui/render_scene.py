@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import tempfile
 import textwrap
@@ -50,6 +51,17 @@ def place_of(scene: bpy.types.Scene) -> tuple[Path, str]:
         return whole, usual
     name = whole.stem if whole.suffix.lower() in bpy.path.extensions_image else whole.name
     return whole.parent, fit(name.replace("#", "")).strip("_-. ") or usual
+
+
+def short(path: Path) -> str:
+    """A path as a person finds it: from the folder of the .blend on, as Blender writes it, //, or from the home folder, ~."""
+    starts = {"~/": Path(os.path.expanduser("~"))}
+    if bpy.data.filepath:
+        starts = {"//": Path(bpy.data.filepath).parent, **starts}
+    for sign, start in starts.items():
+        if path.is_relative_to(start):
+            return sign + path.relative_to(start).as_posix()
+    return str(path)
 
 
 def free_name(folder: Path, name: str) -> str:
@@ -196,7 +208,8 @@ class NIM_PT_render(Sidebar, bpy.types.Panel):
         if scene.render.engine != "CYCLES":
             draw_sentence(layout, context, pgettext_iface(BY_CYCLES).format(engine=checks.engine_name(scene)), "INFO")
         folder, name = place_of(scene)
-        layout.label(text=f"{folder.name}/{name}", icon="FILE_FOLDER", translate=False)
+        # what is too long Blender shortens, in the middle
+        layout.label(text=short(folder / name), icon="FILE_FOLDER", translate=False)
         layout.prop(scene.nim_render, "keep")
         job = jobs.job()
         if job and job.work.own:

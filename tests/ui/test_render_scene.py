@@ -13,6 +13,8 @@ from nim_addon.base.streams import quiet
 from nim_addon.cycles.images import read_metadata
 from nim_addon.ui import escape, jobs, preferences, render_scene
 
+from .conftest import Layout
+
 
 @pytest.fixture
 def scene(addon, tmp_path):
@@ -110,6 +112,23 @@ def test_pictures_beside_a_file_that_is_not_saved_go_where_all_do(addon, tmp_pat
         bpy.context.scene.render.filepath = path
         assert render_scene.place_of(bpy.context.scene) == (tmp_path / folder, name)
     preferences.settings().folder = ""
+
+
+def test_the_panel_says_where_they_go_as_a_person_finds_it(scene, tmp_path, monkeypatch):
+    def said(path):
+        scene.render.filepath = path
+        layout = Layout()
+        bpy.types.NIM_PT_render.draw(SimpleNamespace(layout=layout), SimpleNamespace(scene=scene))
+        return layout.text
+
+    monkeypatch.setenv("HOME", str(tmp_path.parent))
+    monkeypatch.setenv("USERPROFILE", str(tmp_path.parent))
+    assert said("/tmp/") == "//renders/shot" and said("//final") == "//final"
+    elsewhere = tmp_path.parent / "elsewhere" / "shot"
+    assert said(str(elsewhere)) == "~/elsewhere/shot"
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setenv("USERPROFILE", str(tmp_path))
+    assert said(str(elsewhere)) == str(elsewhere)
 
 
 def test_what_cannot_be_rendered_is_said_by_the_button(scene, press):

@@ -15,12 +15,10 @@ from bpy.app.translations import pgettext_iface
 from gpu_extras.batch import batch_for_shader
 
 from ..physics import colour
-from . import live_lines, live_look
+from . import boxes, live_lines, live_look, viewport
 
 REACH = 8  # pixels, of the mouse
 BEHIND = 0.55  # of the opacity of what lies behind or inside something
-SIZE, MARGIN = 12, 14
-GROUND = (0.05, 0.05, 0.05, 0.8)
 MINUS = "\N{MINUS SIGN}"
 GROUPS = ("NIM_GGT_ray_reading", "NIM_GGT_light_handle")
 
@@ -114,42 +112,29 @@ def _draw_words():
     if not context.space_data.overlay.show_overlays:
         return
     scale = context.preferences.system.ui_scale
-    blf.size(0, SIZE * scale)
-    blf.enable(0, blf.SHADOW)
-    blf.shadow(0, 5, 0.0, 0.0, 0.0, 1.0)
     said = live_look.sentence(context.scene)
     if said:
-        left = sum(
-            other.width for other in context.area.regions if other.type == "TOOLS" and other.x == context.region.x
-        )
+        blf.size(0, boxes.SIZE * scale)
+        blf.enable(0, blf.SHADOW)
+        blf.shadow(0, 5, 0.0, 0.0, 0.0, 1.0)
         blf.color(0, 1.0, 0.8, 0.4, 1.0)
-        # above the note of ui.viewport
-        blf.position(0, left + MARGIN * scale, 2.5 * MARGIN * scale, 0)
+        # above the note of ui.viewport, and where that is seldom more than a line
+        above = boxes.height(viewport.note(context) or [""], scale) + (viewport.MARGIN + 4) * scale
+        blf.position(0, viewport.room(context)[0] + boxes.EDGE * scale, above, 0)
         blf.draw(0, said)
+        blf.disable(0, blf.SHADOW)
     if _mouse and _mouse[0] == context.region.as_pointer():
         found = pointed_at(context.scene, context.region, _mouse[1])
         if found:
             traced = live_look.LOOKS.last(context.scene).traced
-            _draw_box(words(live_lines.reading(traced[found[0]], found[1])), _mouse[1], scale)
-    blf.disable(0, blf.SHADOW)
+            lines = words(live_lines.reading(traced[found[0]], found[1]))
+            _draw_at(lines, _mouse[1], scale)
 
 
-def _draw_box(lines, place, scale):
-    """Draw lines of text on dark ground, to the right of a place and below it."""
-    line, edge = 1.4 * SIZE * scale, 0.5 * SIZE * scale
-    left, top = place[0] + 1.5 * SIZE * scale, place[1] - 1.5 * SIZE * scale
-    right = left + max(blf.dimensions(0, text)[0] for text in lines) + 2 * edge
-    bottom = top - len(lines) * line - edge
-    shader = gpu.shader.from_builtin("UNIFORM_COLOR")
-    corners = {"pos": [(left, bottom), (right, bottom), (left, top), (right, top)]}
-    gpu.state.blend_set("ALPHA")
-    shader.uniform_float("color", GROUND)
-    batch_for_shader(shader, "TRI_STRIP", corners).draw(shader)
-    gpu.state.blend_set("NONE")
-    blf.color(0, 1.0, 1.0, 1.0, 1.0)
-    for number, text in enumerate(lines, start=1):
-        blf.position(0, left + edge, top - number * line, 0)
-        blf.draw(0, text)
+def _draw_at(lines, place, scale):
+    """Draw lines of text to the right of a place and below it."""
+    away = 1.5 * boxes.SIZE * scale
+    boxes.draw(lines, place[0] + away, place[1] - away - boxes.height(lines, scale), (1.0, 1.0, 1.0, 1.0), scale)
 
 
 def words(reading: live_lines.Reading) -> list[str]:

@@ -106,7 +106,8 @@ def _draw_over_picture():
     if image is None or image.type != "RENDER_RESULT" or not space.overlay.show_overlays:
         return
     if engine := _noted.get(image.render_slots.active_index):
-        viewport.draw_over(pgettext_iface(TEXT).format(engine=engine))
+        context = bpy.context
+        viewport.draw_over(context, viewport.lines_over(context, pgettext_iface(TEXT).format(engine=engine)))
 
 
 CLASSES = (NIM_OT_note_render,)

@@ -5,16 +5,15 @@ EEVEE, which draws Material Preview too, bends no ray backwards: it shows the ri
 (cycles.closures.preview). Solid and Wireframe show shapes.
 """
 
-import blf
 import bpy
 from bpy.app.translations import pgettext_iface
 
 from .. import checks
-from . import warnings
+from . import boxes, warnings
 from .panels import Sidebar, draw_sentence
 
 TEXT = "{engine} draws this view and cannot bend a ray backwards: it shows no refraction. Use Rendered, with Cycles."
-COLOR, SIZE, MARGIN = (1.0, 0.62, 0.25, 1.0), 12, 14
+COLOR, MARGIN = (1.0, 0.62, 0.25, 1.0), 8
 _handler = None
 
 
@@ -57,27 +56,46 @@ def draw_note(layout: bpy.types.UILayout, context: bpy.types.Context) -> bool:
     return engine is not None
 
 
-def _draw_in_view():
-    context = bpy.context
+def note(context: bpy.types.Context) -> list[str]:
+    """The lines of the note over a 3D view, as its region has room for them; none where the view is right."""
     space = context.space_data
     engine = wrong_engine(space, context.scene) if space and space.overlay.show_overlays else None
-    if engine:
-        draw_over(pgettext_iface(TEXT).format(engine=engine))
+    return lines_over(context, pgettext_iface(TEXT).format(engine=engine)) if engine else []
 
 
-def draw_over(text: str) -> None:
-    """Write a line over the lower edge of the region that is being drawn."""
-    context = bpy.context
-    region, scale = context.region, context.preferences.system.ui_scale
-    # the toolbar may lie over the view
-    left = sum(other.width for other in context.area.regions if other.type == "TOOLS" and other.x == region.x)
-    blf.size(0, SIZE * scale)
-    blf.enable(0, blf.SHADOW)
-    blf.shadow(0, 5, 0.0, 0.0, 0.0, 1.0)
-    blf.color(0, *COLOR)
-    blf.position(0, left + MARGIN * scale, MARGIN * scale, 0)
-    blf.draw(0, text)
-    blf.disable(0, blf.SHADOW)
+def _draw_in_view():
+    draw_over(bpy.context, note(bpy.context))
+
+
+def room(context: bpy.types.Context) -> tuple[float, float]:
+    """Between which x, in pixels of its region, something can be written at its foot: other regions may lie over it there."""
+    here = context.region
+    left, right = 0, here.width
+    for other in context.area.regions:
+        # one that is hidden keeps no width, or, of the last step's settings, no place
+        hidden = other.width <= 1 or (other.type == "HUD" and (other.x, other.y) == (0, 0))
+        if hidden or other.type not in ("TOOLS", "HUD", "UI"):
+            continue
+        if other.x - here.x < here.width / 2:
+            left = max(left, other.x - here.x + other.width)
+        else:
+            right = min(right, other.x - here.x)
+    margin = MARGIN * context.preferences.system.ui_scale
+    return left + margin, right - margin
+
+
+def lines_over(context: bpy.types.Context, text: str) -> list[str]:
+    """The lines of a text that is to be written over a region, as that has room for them."""
+    scale = context.preferences.system.ui_scale
+    left, right = room(context)
+    return boxes.broken(text, right - left - 2 * boxes.EDGE * scale, scale)
+
+
+def draw_over(context: bpy.types.Context, lines: list[str]) -> None:
+    """Write lines of lines_over() at the foot of the region that is being drawn."""
+    scale = context.preferences.system.ui_scale
+    if lines:
+        boxes.draw(lines, room(context)[0], MARGIN * scale, COLOR, scale)
 
 
 class NIM_OT_view_rendered(bpy.types.Operator):

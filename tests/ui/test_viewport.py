@@ -3,6 +3,7 @@
 
 from types import SimpleNamespace
 
+import blf
 import bpy
 import pytest
 
@@ -81,6 +82,36 @@ def test_undo_after_the_button_takes_back_the_next_step_alone(view, press):
     assert scene.cycles.transparent_max_bounces != 77 and scene.render.engine == "CYCLES"
     bpy.ops.ed.undo()
     assert bpy.context.scene.render.engine == "BLENDER_WORKBENCH"
+
+
+def test_the_note_over_a_view_has_room_beside_what_lies_over_that(view):
+    view.shading.type = "MATERIAL"
+
+    def note(width, **over):
+        from nim_addon.ui import viewport
+
+        region = SimpleNamespace(type="WINDOW", x=0, width=width)
+        others = [SimpleNamespace(type=kind, x=x, y=x, width=wide) for kind, (x, wide) in over.items()]
+        area = SimpleNamespace(regions=[region, *others])
+        system = SimpleNamespace(ui_scale=1.0)
+        context = SimpleNamespace(space_data=view, scene=bpy.context.scene, region=region, area=area)
+        context.preferences = SimpleNamespace(system=system)
+        return viewport.note(context)
+
+    assert note(2000) == [
+        "EEVEE draws this view and cannot bend a ray backwards: it shows no refraction. Use Rendered, with Cycles."
+    ]
+    lines = note(400)
+    assert " ".join(lines) == note(2000)[0] and len(lines) == 2 and len(note(400, TOOLS=(0, 150))) == 3
+    assert note(400, UI=(250, 150)) == note(250) and note(400, UI=(0, 150)) == note(400, TOOLS=(0, 150))
+    assert note(400, HUD=(5, 145)) == note(400, TOOLS=(0, 150)) and note(400, HEADER=(0, 400)) == lines
+    assert note(400, UI=(399, 1)) == note(400, HUD=(0, 150)) == lines == note(400, UI=(400, 150)), (
+        "hidden, or beside it"
+    )
+    assert all(blf.dimensions(0, line)[0] < 400 for line in lines)
+    assert len(note(1)) == len(note(2000)[0].split()), "a word is not broken"
+    view.shading.type = "SOLID"
+    assert note(400) == []
 
 
 @pytest.mark.parametrize("shading, shapes", [("SOLID", True), ("WIREFRAME", True), ("MATERIAL", False)])

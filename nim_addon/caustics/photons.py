@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from ..base.text import listed
 from ..cycles import drift, meshes, settings, spectral
-from ..cycles.animation import curves_of
 from ..cycles.casting import Faces
 from ..cycles.closures import SHUTTER
 from ..cycles.closures.backends import osl_available
@@ -26,10 +25,10 @@ from ..cycles.dispersive import is_medium_node
 from ..cycles.nodes import Nodes, empty_tree
 from ..cycles.object_values import give, values_of
 from ..cycles.render import pixels_of
-from ..cycles.visibility import CAUSTICS_MARK, PATHS_MARK, as_rendered, rendered, shown
+from ..cycles.visibility import CAUSTICS_MARK, as_rendered, rendered
 from ..physics import REPRESENTATIVE_NM
 from ..physics.colour import Wavelengths
-from . import atlas, lights
+from . import atlas, landing, lights
 from .atlas import Chart, Part
 from .bending import Bending, share_of
 from .counting import POWER, WHITE, switch
@@ -111,17 +110,9 @@ class Tracer:
         self._shine = self._shining()
         bent, corners = [], []
         with as_rendered(self.source) as depsgraph:
-            # hiding these, as a copy in their place asks for, would hide their instances
-            sources = {
-                instance.parent.original
-                for instance in depsgraph.object_instances
-                if instance.is_instance and not _is_own(instance)
-            }
-            for surface in shown(self.source, depsgraph):
-                if surface.original.get(PATHS_MARK):
-                    continue
-                lit = surface.single and surface.original not in sources and _can_be_replaced(surface.original)
-                copy, bends, box = self._add(surface, depsgraph, lit)
+            can_shine = landing.replaceable(depsgraph)
+            for surface in landing.met(self.source, depsgraph):
+                copy, bends, box = self._add(surface, depsgraph, can_shine(surface))
                 if copy is None:
                     continue
                 corners.append(box)
@@ -377,25 +368,6 @@ def set_materials(mesh: bpy.types.Mesh, materials: Sequence[bpy.types.Material |
             mesh.materials[index] = material
         else:
             mesh.materials.append(material)
-
-
-def _is_own(instance):
-    """Whether an instance is but the mesh that its object, a curve, a text or the like, becomes."""
-    original = instance.object.original
-    return instance.is_instance and original.type != "MESH" and instance.parent.original == original
-
-
-def _can_be_replaced(obj):
-    """Whether a copy of an object can stand in its place, which hides it: not in another scene, nor in a library."""
-    # nor in an override of one: that it is hidden would be saved, but not the mark by which it comes back
-    return not (obj.library or obj.override_library) and len(obj.users_scene) == 1 and not _comes_back(obj)
-
-
-def _comes_back(obj):
-    """Whether keyframes or a driver of its visibility would show an object again, beside its copy."""
-    curves = [curve for curve, _ in curves_of(obj)]
-    curves += obj.animation_data.drivers if obj.animation_data else []
-    return any(curve.data_path == "hide_render" for curve in curves)
 
 
 def _is_plain(matrix):

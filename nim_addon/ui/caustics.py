@@ -117,6 +117,9 @@ def _draw_known(layout, context, known):
             "No lamp shines here (hidden from renders, or without power: {names}). Let one shine, or add one"
         )
     draw_sentence(layout, context, known.lights or none.format(names=known.lamps), "LIGHT" if known.lights else "ERROR")
+    if known.lacks_floor:
+        draw_sentence(layout, context, pgettext_iface("Nothing is there for the bent light to land on"), "ERROR")
+        layout.operator("nim.add_floor", icon="MESH_PLANE")
 
 
 @persistent

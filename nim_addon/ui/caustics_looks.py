@@ -9,7 +9,7 @@ from bpy.app.translations import pgettext_iface
 
 from .. import caustics
 from ..base.text import listed
-from ..caustics import frames, lights
+from ..caustics import frames, landing, lights
 from ..caustics.digest import forget_changed
 from ..cycles.visibility import CAUSTICS_HIDDEN, CAUSTICS_MARK
 from .looks import Looks
@@ -34,6 +34,7 @@ class Known:
         self.asked = self.report.get("asked", 0) if report and not self.report["settings"] else 0
         self.left = caustics.left(scene) or frames.frames_of(scene) is not None
         self.kept = frames.kept(scene, range(scene.frame_start, scene.frame_end + 1, scene.frame_step))
+        self.lacks_floor = not self.baked and landing.lacks_floor(scene)
         self.stale = self.baked and caustics.out_of_date(scene, MESHES)
 
 

@@ -21,6 +21,7 @@ MANUAL = (
     ("bpy.ops.nim.revert*", "material#making-and-taking-back"),
     ("bpy.ops.nim.switch_backend*", "material#backends"),
     ("bpy.ops.nim.add_sky*", "material#checks"),
+    ("bpy.ops.nim.add_floor*", "caustics"),
     ("bpy.ops.nim.add_*", "material#adding"),
     ("bpy.ops.nim.spectral*", "material#all-wavelengths-in-one-render"),
     ("bpy.ops.nim.*caustics*", "caustics"),

@@ -17,6 +17,7 @@ ENTRIES = (
     ("nim.light_paths", None, "CURVE_DATA"),
     ("nim.light_paths_clear", None, "TRASH"),
     None,
+    ("nim.add_floor", None, "MESH_PLANE"),
     ("nim.bake_caustics", None, "OUTLINER_OB_LIGHT"),
     ("nim.clear_caustics", None, "TRASH"),
     None,

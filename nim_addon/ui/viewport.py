@@ -141,8 +141,7 @@ class NIM_PT_checks(Sidebar, bpy.types.Panel):
             layout.label(text="No interface in this scene yet", icon="INFO")
         elif not problems and not known.unmeasured and not noted:
             layout.label(text="Nothing to mend", icon="CHECKMARK")
-        warnings.draw_problems(layout, context, problems)
-        warnings.draw_hints(layout, context, known.hints)
+        warnings.draw_problems(layout, context, problems, known.hints)
         warnings.draw_notes(layout, context)
         if known.unmeasured:
             layout.operator("nim.check_meshes", icon="VIEWZOOM")

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The wrong settings that the checks find, each with the button that mends it."""
 
+from collections.abc import Sequence
+
 import bpy
 from bpy.app.handlers import persistent
 from bpy.app.translations import pgettext_iface, pgettext_rpt
@@ -96,10 +98,19 @@ def _said(problem):
     return " ".join(pgettext_iface(text) for text in problem.texts).format(**problem.values)
 
 
-def draw_problems(layout: bpy.types.UILayout, context: bpy.types.Context, problems: list[checks.Problem]) -> None:
-    """Draw a box for each Problem, with the button that mends it; above them one for all of them where there are several."""
+def draw_problems(
+    layout: bpy.types.UILayout,
+    context: bpy.types.Context,
+    problems: list[checks.Problem],
+    hints: Sequence[checks.Problem] = (),
+) -> None:
+    """Draw a box for each Problem, with the button that mends it; above them one for all of them where there are several.
+
+    hints: drawn between: what they offer is seen at once, and must not be looked for below what one button mends
+    """
     if sum(problem.remedy is not None for problem in problems) > 1:
         layout.operator("nim.mend", text="Mend All", icon="TOOL_SETTINGS").code = ""
+    _draw_hints(layout, context, hints)
     for problem in problems:
         box = layout.box().column(align=True)
         draw_sentence(box, context, _said(problem), icon="ERROR")
@@ -109,7 +120,7 @@ def draw_problems(layout: bpy.types.UILayout, context: bpy.types.Context, proble
         draw_help(layout, "material#checks", "What This Means")
 
 
-def draw_hints(layout: bpy.types.UILayout, context: bpy.types.Context, hints: list[checks.Problem]) -> None:
+def _draw_hints(layout, context, hints):
     """Draw a box for each hint, with the button of what would help."""
     for hint in hints:
         box = layout.box().column(align=True)

@@ -98,6 +98,19 @@ def test_a_narrow_lamp_over_an_interface_is_hinted_at(scene, change, lamps):
     assert hinted(scene) == lamps
 
 
+def drawn_checks(scene):
+    """The Layout on which the Checks panel was drawn."""
+    layout = Layout()
+    context = SimpleNamespace(
+        scene=scene,
+        space_data=None,
+        region=SimpleNamespace(width=9000),
+        preferences=SimpleNamespace(system=SimpleNamespace(ui_scale=1.0)),
+    )
+    viewport.NIM_PT_checks.draw(SimpleNamespace(layout=layout), context)
+    return layout
+
+
 @pytest.mark.parametrize("name", SCENES)
 def test_the_scenes_whose_sun_is_narrow_say_so(addon, press, name):
     bpy.context.scene.nim_scenes.scene, bpy.context.scene.nim_scenes.backend = name, "nodes"
@@ -109,18 +122,18 @@ def test_the_scenes_whose_sun_is_narrow_say_so(addon, press, name):
 def test_a_hint_is_no_problem_and_has_the_button_that_bakes(scene, one_sentence):
     bpy.context.view_layer.update()
     assert checks.problems(scene) == []
-    layout = Layout()
-    context = SimpleNamespace(
-        scene=scene,
-        space_data=None,
-        region=SimpleNamespace(width=9000),
-        preferences=SimpleNamespace(system=SimpleNamespace(ui_scale=1.0)),
-    )
-    viewport.NIM_PT_checks.draw(SimpleNamespace(layout=layout), context)
+    layout = drawn_checks(scene)
     assert ("operator", "nim.bake_caustics") in layout.drawn
     said = next(line for line in layout.text.splitlines() if "caustics" in line)
     one_sentence(said, "The shadow of Cube stays black")
     assert said.endswith("(Light).") and "Nothing to mend" in layout.text
+
+
+def test_what_a_sky_would_help_stands_below_the_button_that_mends_all_and_above_what_it_mends(addon, press):
+    press("nim.convert")
+    assert darkness(bpy.context.scene) == [ALONE] and len(checks.problems(bpy.context.scene)) > 3
+    buttons = [name for kind, name in drawn_checks(bpy.context.scene).drawn if kind == "operator"]
+    assert buttons[:3] == ["nim.mend", "nim.add_sky", "nim.mend"]
 
 
 def test_it_goes_when_caustics_are_baked_and_comes_back_without(scene):
@@ -230,16 +243,8 @@ def test_one_click_gives_a_sky_and_one_undo_takes_it_back(scene, press, render):
     scene.cycles.samples = 16
     dark, before = render(scene), scene.world.name
     bpy.ops.ed.undo_push(message="before")
-    layout = Layout()
     assert darkness(scene)
-    warnings.draw_hints(
-        layout,
-        SimpleNamespace(
-            region=SimpleNamespace(width=9000), preferences=SimpleNamespace(system=SimpleNamespace(ui_scale=1.0))
-        ),
-        warnings.known(scene).hints,
-    )
-    assert ("operator", "nim.add_sky") in layout.drawn
+    assert ("operator", "nim.add_sky") in drawn_checks(scene).drawn
     assert press("nim.add_sky") == {"FINISHED"}
     lit = render(scene)
     assert lit[..., :3].mean() > 5 * dark[..., :3].mean() and lit[..., :3].std() > 5 * dark[..., :3].std()

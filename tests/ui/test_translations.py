@@ -68,6 +68,7 @@ NOT_SHOWN = {
     "Negative-Index Materials": "name of the add-on and its asset library",
     "NIM Light Paths": "name of a collection",
     "Object Mode": "name of a key map",
+    "Floor": "name of an object",
     "Error": "looked for in the log of a second Blender",
     "λ (nm)": "label within the picture of the curve",
     "Rs": "label within the picture of the curve",

@@ -259,3 +259,12 @@ def test_the_sky_stands_in_the_place_of_what_overrides_that_of_the_scene(scene, 
     assert darkness(scene) == [DARK]
     press("nim.add_sky")
     assert darkness(scene) == []
+
+
+def test_under_the_sky_a_white_floor_in_the_light_of_a_new_file_is_well_exposed(scene, press, render):
+    bpy.data.objects.remove(scene.objects["Cube"])
+    scene.render.resolution_x = scene.render.resolution_y = 16
+    scene.cycles.samples = 64
+    press("nim.add_sky")
+    floor = render(scene)[:8, :, :3]  # of a scene whose middle grey is 0.18
+    assert 0.2 < floor.mean() < 0.6 and floor.max() < 1

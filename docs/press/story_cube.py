@@ -59,7 +59,8 @@ def check():
 
 @step(wait=2, shot=False)
 def empty():
-    bpy.context.preferences.addons[MODULE].preferences.folder = OUT + "/renders"  # which no picture shows
+    os.environ["HOME"] = OUT  # the pictures show ~/renders
+    bpy.context.preferences.addons[MODULE].preferences.folder = OUT + "/renders"
     show("VIEW_3D")
     bpy.ops.wm.read_homefile(app_template="", use_empty=True)
 

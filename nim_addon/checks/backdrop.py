@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 
 from ..cycles.problem import Problem
-from ..cycles.visibility import PATHS_MARK, asked, has_nodes, value_of
+from ..cycles.visibility import CAUSTICS_MARK, PATHS_MARK, asked, has_nodes, value_of
 from .sight import Sight
 
 DIM = 0.2  # radiance of a sky in which things are hardly to be seen; Blender's own is 0.05
@@ -19,7 +19,9 @@ def hints(sight: Sight) -> list[Problem]:
     radiance = _radiance(sight.scene.view_layers[0].world_override or sight.scene.world)
     ours = set(sight.ours)
     names = [surface.original.name for surface in sight.shown if ours.intersection(surface.materials)]
-    if radiance is None or not names:
+    # the copies that a bake puts in place of floors shine, and are there to be bent
+    baked = any(obj.get(CAUSTICS_MARK) and obj.type == "MESH" for obj in sight.scene.objects)
+    if radiance is None or not names or baked:
         return []
     others = [
         surface

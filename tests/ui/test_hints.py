@@ -236,6 +236,12 @@ def test_where_there_is_nothing_to_bend_or_nothing_shines_a_sky_is_offered(scene
     assert darkness(scene) == said
 
 
+def test_a_floor_that_a_bake_has_put_a_copy_in_place_of_is_there_to_be_bent(scene):
+    assert darkness(scene) == []
+    caustics.bake(scene, photons=1 << 12, texels=64)
+    assert scene.objects["Floor"].hide_render and darkness(scene) == []
+
+
 def test_one_click_gives_a_sky_and_one_undo_takes_it_back(scene, press, render):
     nothing_below(scene)
     no_light(scene)

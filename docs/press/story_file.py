@@ -254,7 +254,12 @@ def other_cube():
     press("view3d.view_axis", type="FRONT")
 
 
-@step(wait=8, undo=1)
+def is_dropped():
+    material = lab.window().scene.objects["Cube"].active_material
+    return material is not None and ours("ui.material_values").active_node(material) is not None
+
+
+@step(wait=is_dropped, undo=1)
 def material_dragged():
     drag(tile(), where(lab.window().scene.objects["Cube"].matrix_world.translation))
 

@@ -93,8 +93,9 @@ def test_a_true_minus_sign_makes_the_same_files():
     assert file_name("sphere", ["n=\N{MINUS SIGN}1.5"]) == file_name("sphere", ["n=-1.5"]) == "sphere_n--1.5"
 
 
-def test_the_last_of_two_settings_counts():
-    assert Every.read(["depth=1", "stones=7", "depth=2"]) == Every(depth=2, stones=7)
+def test_a_setting_is_given_once():
+    with pytest.raises(ValueError, match="depth is set twice; set it once"):
+        Every.read(["depth=1", "stones=7", "depth=2"])
 
 
 @pytest.mark.parametrize(

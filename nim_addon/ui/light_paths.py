@@ -7,7 +7,7 @@ from bpy.app.translations import pgettext_rpt
 from ..cycles.visibility import as_rendered
 from . import light_curves, light_handle, light_live, light_sources, live_look
 from .help import fail
-from .light_settings import Settings, draw_settings
+from .light_settings import Settings, draw_first, draw_others, draw_settings
 from .light_tracing import follow, surfaces_of, warning
 from .panels import Sidebar, draw_sentence
 
@@ -99,20 +99,29 @@ class NIM_PT_light_paths(Sidebar, bpy.types.Panel):
             self.layout.label(text="The scene has no camera", icon="ERROR")
         elif settings.source == "LAMP" and not light_sources.lamps(context):
             self.layout.label(text="Select a lamp", icon="ERROR")
-        column = self.layout.column()
-        column.use_property_split = True
-        column.use_property_decorate = False
-        row = column.row()
-        row.active = live  # curves are coloured by part
-        row.prop(settings, "color")
-        if live and live_look.nothing_disperses(context.scene):
-            column.label(text="Nothing disperses, so by part:")
+        draw_first(self.layout.column(), settings)
         if live or light_curves.collection_of(context.scene):
-            column.label(text=live_look.legend(context.scene))
-        draw_settings(self.layout, settings)
+            self.layout.label(text=live_look.legend(context.scene))
         row = self.layout.row(align=True)
         row.operator(NIM_OT_light_paths.bl_idname, text="Make Curves", icon="CURVE_DATA")
         row.operator(NIM_OT_light_paths_clear.bl_idname, text="", icon="TRASH")
+        header, body = self.layout.panel("NIM_rays", default_closed=True)
+        header.label(text="Options")
+        if body:
+            _draw_color(body, context.scene, live)
+            draw_others(body, settings)
+
+
+def _draw_color(layout, scene, live):
+    """What the colours of live rays say, and what keeps them from saying it."""
+    column = layout.column()
+    column.use_property_split = True
+    column.use_property_decorate = False
+    row = column.row()
+    row.active = live  # curves are coloured by part
+    row.prop(scene.nim_rays, "color")
+    if live and live_look.nothing_disperses(scene):
+        column.label(text="Nothing disperses, so by part")
 
 
 CLASSES = (NIM_OT_light_paths, NIM_OT_light_paths_clear, NIM_PT_light_paths)

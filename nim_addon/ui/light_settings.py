@@ -89,7 +89,7 @@ class Settings:
         subtype="XYZ",
     )
     arrangement: Enum(
-        name="Arrangement", description="How the rays spread; those of a sun are always parallel", items=ARRANGEMENTS
+        name="Shape", description="How the rays spread; those of a sun are always parallel", items=ARRANGEMENTS
     )
     rays: Int(name="Rays", description="How many rays start at each source", default=21, min=1, max=1000)
     width: Float(name="Width", description="Width of a beam", default=1.0, min=0.0, unit="LENGTH")
@@ -119,7 +119,7 @@ class Settings:
         precision=4,
     )
     fit: Bool(
-        name="Fit to Interfaces",
+        name="Automatic Size",
         description="Choose the width of a beam, the thickness and the reach by the size of what the rays meet",
         default=True,
     )
@@ -159,18 +159,31 @@ class NIM_PG_rays(Settings, bpy.types.PropertyGroup):
 
 
 def draw_settings(layout: bpy.types.UILayout, settings: Settings) -> None:
-    """Draw them, but those that do not count beside the others."""
+    """Draw all of them, but those that do not count beside the others."""
+    draw_first(layout, settings)
+    draw_others(layout, settings)
+
+
+def draw_first(layout: bpy.types.UILayout, settings: Settings) -> None:
+    """Draw those that a person needs at first: where rays start, and how many."""
     layout.use_property_split = True
     layout.use_property_decorate = False
     column = layout.column()
     column.prop(settings, "source")
+    column.prop(settings, "rays")
+
+
+def draw_others(layout: bpy.types.UILayout, settings: Settings) -> None:
+    """Draw the others, but those that do not count beside them."""
+    layout.use_property_split = True
+    layout.use_property_decorate = False
+    column = layout.column()
     if settings.source != "HANDLE":
         column.prop(settings, "aim")
     if settings.source != "HANDLE" and settings.aim == "DIRECTION":
         column.prop(settings, "direction")
     column = layout.column(align=True)
     column.prop(settings, "arrangement")
-    column.prop(settings, "rays")
     if settings.arrangement != "BEAM":
         column.prop(settings, "angle")
     if settings.arrangement != "CONE":

@@ -208,3 +208,19 @@ def test_the_panel_says_of_a_copy_that_shines_that_its_surface_is_hidden(addon):
     cube = bpy.data.objects["Cube"]
     cube[CAUSTICS_MARK] = True  # as a bake does with its copies
     assert read_off(cube)[0].startswith("Cube shines for a surface that is hidden meanwhile: change that, not this.")
+
+
+def test_light_paths_show_first_what_one_needs_and_keep_the_rest_folded(addon):
+    layout = Layout()
+    preferences = SimpleNamespace(system=SimpleNamespace(ui_scale=1.0, pixel_size=1.0))
+    region = SimpleNamespace(width=300)
+    context = SimpleNamespace(
+        scene=bpy.context.scene, region=region, preferences=preferences, selected_objects=[], space_data=None
+    )
+    bpy.types.NIM_PT_light_paths.draw(SimpleNamespace(layout=layout), context)
+    fold = layout.drawn.index(("panel", "NIM_rays"))
+    first = [name for kind, name in layout.drawn[:fold] if kind == "prop"]
+    assert first == ["source", "rays"]
+    assert ("operator", "nim.light_paths") in layout.drawn[:fold], "the buttons stand above"
+    rest = {name for kind, name in layout.drawn[fold:] if kind == "prop"}
+    assert {"color", "aim", "arrangement", "roll", "bounces", "least", "fit", "through"} == rest

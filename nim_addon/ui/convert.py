@@ -418,7 +418,8 @@ class NIM_PT_convert(Sidebar, bpy.types.Panel):
             if body:
                 draw_readings(body, context, material)
         draw_buttons(layout, context)
-        preferences.draw_offer(layout)
+        if material is None:  # where a person looks for one; where there is one it would stand among its buttons
+            preferences.draw_offer(layout)
 
 
 CLASSES = (former.NIM_PG_former_slot, NIM_PG_object, NIM_OT_convert, NIM_OT_revert, NIM_PT_convert)

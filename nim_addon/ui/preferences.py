@@ -75,9 +75,12 @@ def settings() -> NIM_AP_preferences | SimpleNamespace:
 
 
 def draw_offer(layout: bpy.types.UILayout) -> None:
-    """Draw the offer of the library, until it is taken or declined once."""
+    """Draw the offer of the library, apart from what is above, until it is taken or declined once."""
     if settings().offer_assets and not assets.library():
-        row = layout.row(align=True)
+        layout.separator()
+        column = layout.column(align=True)
+        column.label(text="Ready materials and objects:")
+        row = column.row(align=True)
         row.operator("nim.register_assets", icon="ASSET_MANAGER")
         row.operator("nim.decline_assets", text="", icon="X")
 

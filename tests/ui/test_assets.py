@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The asset library: registered by one click, catalogued, with previews that show something, and it renders."""
 
+from types import SimpleNamespace
+
 import bpy
 import numpy as np
 import pytest
@@ -59,6 +61,20 @@ def test_it_is_offered_once(addon, press):
     assert offered()
     press("nim.decline_assets")
     assert not offered()
+
+
+def test_the_offer_ends_the_panel_and_is_not_among_the_buttons_of_a_material(addon, press):
+    def operators():
+        layout = Layout()
+        preferences = SimpleNamespace(system=SimpleNamespace(ui_scale=1.0, pixel_size=1.0))
+        there = {name: getattr(bpy.context, name) for name in ("scene", "object", "selected_objects", "mode")}
+        context = SimpleNamespace(region=SimpleNamespace(width=9000), preferences=preferences, **there)
+        bpy.types.NIM_PT_convert.draw(SimpleNamespace(layout=layout), context)
+        return [name for kind, name in layout.drawn if kind == "operator"]
+
+    assert operators()[-3:] == ["nim.convert", "nim.register_assets", "nim.decline_assets"]
+    press("nim.convert")
+    assert operators()[-1] == "nim.revert" and "nim.register_assets" not in operators()
 
 
 def test_a_missing_library_is_said(addon, press, monkeypatch, tmp_path):

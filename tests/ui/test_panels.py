@@ -159,7 +159,7 @@ def test_nothing_is_cut_off_at_the_sidebars_own_width(addon):
 
 
 def read_off(object_, selected=None):
-    """The lines of the panel for an active object, which alone is selected where no other are given."""
+    """The lines of the panel, less its offer, for an active object, which alone is selected where no other are given."""
     layout = Layout()
     preferences = SimpleNamespace(system=SimpleNamespace(ui_scale=1.0, pixel_size=1.0))
     selected = [object_] if selected is None and object_ else selected or []
@@ -167,7 +167,7 @@ def read_off(object_, selected=None):
     region = SimpleNamespace(width=9000)
     context = SimpleNamespace(scene=bpy.context.scene, region=region, preferences=preferences, **selected)
     bpy.types.NIM_PT_convert.draw(SimpleNamespace(layout=layout), context)
-    return layout.text.splitlines()
+    return [line for line in layout.text.splitlines() if line != "Ready materials and objects:"]
 
 
 def test_the_panel_shows_what_modifiers_and_instances_wear(addon):

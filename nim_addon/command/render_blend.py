@@ -77,7 +77,8 @@ class Said:
         """Say what a render would show wrong; Failure instead of the first of it where that is strict."""
         from .. import caustics, checks
         from ..renders.asked import known
-        from ..renders.blends import missing_files, newer
+        from ..renders.blends import newer
+        from ..renders.external import missing_files
 
         decided, scene = session.request, session.scene
         later = newer(Path(known(decided.blend).file))

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from .asked import Asked, NoPhotons, known
-from .blends import sha256_of
+from .external import sha256_of
 from .session import NotTraced, Rendered, Session, Showing, can_denoise
 
 __all__ = ["NoPhotons", "NotTraced", "Rendered", "Request", "Session", "Showing", "can_denoise"]
@@ -42,8 +42,8 @@ class Request(Asked):
         record = self.record()
         if self.blend:
             del record["blend"]["file"]
-            if libraries := record["blend"].pop("libraries", None):
-                record["blend"]["libraries"] = sorted(libraries.values())
+            if files := record["blend"].pop("files", None):
+                record["blend"]["files"] = sorted(files.values())
         else:
             record["parameters"] |= {name: sha256_of(path) for name, path in known(self.parameters).files().items()}
         return record

@@ -22,8 +22,8 @@ from ..cycles.material import resolve
 from ..scenes import scene_type
 from ..scenes.stage import aim
 from .asked import Asked, known
-from .blends import libraries_of, used_by
 from .changes import change_of
+from .external import files_of, used_by
 from .inputs import set_input
 from .sizes import own_size, set_size
 from .temporary import TemporaryScene
@@ -245,7 +245,7 @@ def _as_in(scene, request):
         "seed": scene.cycles.seed,
         "denoise": scene.cycles.use_denoising,
     }
-    blend = dataclasses.replace(request.blend, libraries=libraries_of(scene))
+    blend = dataclasses.replace(request.blend, files=files_of(scene))
     left = {key: value for key, value in own.items() if getattr(request, key) is None}
     return dataclasses.replace(request, blend=blend, **left)
 

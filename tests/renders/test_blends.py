@@ -178,7 +178,7 @@ def test_what_a_blend_is_linked_from_belongs_to_it(blend, tmp_path, one_sentence
     changed(blend, lambda scene: scene.collection.objects.link(linked(between, "objects")))
     asked = Request.of_blend(blend, "NIM sphere")
     made = asked.render(tmp_path / "out")
-    assert set(made.record["blend"]["libraries"]) == {str(deep), str(between)}
+    assert set(made.record["blend"]["files"]) == {str(deep), str(between)}
     again, _ = Request.again(made.exr)
     key = asked.key()
     assert again.render(tmp_path / "out", "mine").was_there and again.key() == key
@@ -190,7 +190,7 @@ def test_what_a_blend_is_linked_from_belongs_to_it(blend, tmp_path, one_sentence
     one_sentence(caught.value, str(deep), "its content has changed")
     assert asked.key() != key and not asked.render(tmp_path / "out", keep=True).was_there
     deep.unlink()
-    assert dict(asked.decided().blend.libraries)[str(deep)] == ""
+    assert dict(asked.decided().blend.files)[str(deep)] == ""
 
 
 def test_at_a_frame_its_data_is_as_keyframes_and_drivers_have_it(blend, tmp_path):

@@ -5,7 +5,7 @@ import bpy
 from bpy.app.translations import pgettext_rpt
 
 from ..cycles.visibility import as_rendered
-from . import light_curves, light_handle, light_live, light_sources, live_look
+from . import light_curves, light_handle, light_live, light_sources, light_view, live_look
 from .help import fail
 from .light_settings import Settings, draw_first, draw_others, draw_settings
 from .light_tracing import follow, surfaces_of, warning
@@ -92,6 +92,9 @@ class NIM_PT_light_paths(Sidebar, bpy.types.Panel):
         column.operator(light_live.NIM_OT_light_paths_live.bl_idname, icon="HIDE_OFF", depress=live)
         text = "Add Handle" if light_sources.handle_of(context.scene) is None else "Select Handle"
         column.operator(light_handle.NIM_OT_light_handle.bl_idname, text=text, icon="EMPTY_SINGLE_ARROW")
+        if live or light_curves.collection_of(context.scene):
+            view = light_view.NIM_OT_light_paths_view.bl_idname
+            column.operator(view, text="View Rays from the Side", icon="VIEW_ORTHO")
         said = live and live_look.sentence(context.scene)
         if said:
             draw_sentence(self.layout, context, said, icon="INFO")

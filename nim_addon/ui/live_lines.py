@@ -23,6 +23,8 @@ WHITE = (1.0, 0.95, 0.85)  # of light that is not split into wavelengths yet
 # Linear colours from the least energy to all of it, evenly in its logarithm.
 RAMP = ((0.1, 0.2, 1.0), (0.6, 0.05, 0.7), (1.0, 0.12, 0.05), (1.0, 0.65, 0.1), (1.0, 1.0, 0.9))
 LEAST = 1e-3  # what the ramp begins with
+FLAT = 0.05  # of the second extent of rays: what is less across that lies in a plane
+STRAIGHT = 1e-3  # of the first: what is less beside it lies in a line
 
 
 class Traced(NamedTuple):
@@ -105,6 +107,32 @@ def by_width(drawn: Lines) -> dict[float, tuple[NDArray, NDArray]]:
         chosen = drawn.widths == width
         found[float(width)] = drawn.ends[chosen].reshape(-1, 3), drawn.colors[chosen].reshape(-1, 4)
     return found
+
+
+class Lie(NamedTuple):
+    """How rays lie in the scene.
+
+    middle: (3,) of all their ends
+    axis:   (3,) along which they are longest
+    normal: (3,) of the plane that they are in, None where they are in none, or in one line
+    points: (N, 3) their ends
+    """
+
+    middle: NDArray
+    axis: NDArray
+    normal: NDArray | None
+    points: NDArray
+
+
+def lie_of(drawn: Lines) -> Lie | None:
+    """How the rays lie that are drawn by those lines; None of none."""
+    points = drawn.ends.reshape(-1, 3).astype(float)
+    if not len(points):
+        return None
+    squares, axes = np.linalg.eigh(np.cov(points.T))  # the least first
+    third, second, first = np.sqrt(np.maximum(squares, 0))
+    normal = axes[:, 0] if second > STRAIGHT * first and third < FLAT * second else None
+    return Lie((points.min(axis=0) + points.max(axis=0)) / 2, axes[:, 2], normal, points)
 
 
 # ---------------------------------------------------------------- at the mouse

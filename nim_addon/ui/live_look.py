@@ -46,6 +46,7 @@ class Look:
         except ValueError as error:
             self.traced, self.sentence = [], str(error)
         self.lines = live_lines.lines(self.traced, scene.nim_rays.color)
+        self.lie = live_lines.lie_of(self.lines)
         if not self._made:
             self.seconds = (time.perf_counter() - begun) / settings.rays
         self.at = time.perf_counter()

@@ -15,7 +15,7 @@ from bpy.app.translations import pgettext_iface
 from gpu_extras.batch import batch_for_shader
 
 from ..physics import colour
-from . import boxes, live_lines, live_look, viewport
+from . import boxes, light_view, live_lines, live_look, viewport
 
 REACH = 8  # pixels, of the mouse
 BEHIND = 0.55  # of the opacity of what lies behind or inside something
@@ -112,7 +112,7 @@ def _draw_words():
     if not context.space_data.overlay.show_overlays:
         return
     scale = context.preferences.system.ui_scale
-    said = live_look.sentence(context.scene)
+    said = live_look.sentence(context.scene) or light_view.sentence(context)
     if said:
         blf.size(0, boxes.SIZE * scale)
         blf.enable(0, blf.SHADOW)

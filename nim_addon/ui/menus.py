@@ -13,6 +13,7 @@ ENTRIES = (
     None,
     ("nim.view_rendered", "Show Refraction (Rendered)", "SHADING_RENDERED"),
     ("nim.light_paths_live", None, "HIDE_OFF"),
+    ("nim.light_paths_view", None, "VIEW_ORTHO"),
     ("nim.light_handle", None, "EMPTY_SINGLE_ARROW"),
     ("nim.light_paths", None, "CURVE_DATA"),
     ("nim.light_paths_clear", None, "TRASH"),

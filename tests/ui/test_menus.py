@@ -42,6 +42,7 @@ def drawn(name):
         ("caustic", "nim.bake_caustics"),
         ("light path", "nim.light_paths_live"),
         ("light path", "nim.light_paths"),
+        ("light path side", "nim.light_paths_view"),
         ("negative index", "nim.convert"),
         ("refraction", "nim.view_rendered"),
     ],

@@ -42,6 +42,11 @@ def unknown(sort: str, word: str, known: Collection[str]) -> str:
     return f"there is no {sort} {word!r}; {hint} ones that exist are {', '.join(known)}."
 
 
+def said_by(error: BaseException) -> str:
+    """What an error says, in one line; its name where it says nothing, as a time that is over or a connection that is closed."""
+    return " ".join(str(error).split()) or type(error).__name__
+
+
 def duration(seconds: float) -> str:
     """Seconds as a person reads them: 1:30, or 3 h 44 min."""
     minutes, seconds = divmod(round(seconds), 60)

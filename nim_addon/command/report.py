@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 from ..base.streams import opened
-from ..base.text import duration, printable
+from ..base.text import duration, printable, said_by
 
 USAGE, FAILURE = 2, 1  # exit codes: what was asked for makes no sense, or could not be done
 LONGEST_SAID = 600  # letters of a sentence
@@ -34,7 +34,7 @@ def sentence(error: Exception) -> str:
     if isinstance(error, OSError) and error.errno:
         where = f"{error.filename}: " if error.filename else ""
         return f"{where}{error.strerror}."
-    return " ".join(str(error).removeprefix("Error: ").split())
+    return said_by(error).removeprefix("Error: ")
 
 
 def complain(error: object, code: int) -> int:

@@ -20,6 +20,7 @@ from typing import IO
 
 from ..base import records, signals, streams
 from ..base.files import writable_folder
+from ..base.text import said_by
 
 
 def serve(orders: IO[str], answers: IO[str]) -> None:
@@ -38,7 +39,7 @@ def serve(orders: IO[str], answers: IO[str]) -> None:
             carry_out(order, lambda done, total, key=key: say({"key": key, "done": done, "total": total}))
             problem, again = None, False
         except ValueError as error:  # which another time is the same
-            problem, again = str(error), False
+            problem, again = said_by(error), False
         except (OSError, RuntimeError) as error:
             problem, again = _sentence(error), True
         except MemoryError:
@@ -47,7 +48,7 @@ def serve(orders: IO[str], answers: IO[str]) -> None:
 
 
 def _sentence(error):
-    return f"{error.filename}: {error.strerror}." if isinstance(error, OSError) and error.errno else str(error)
+    return f"{error.filename}: {error.strerror}." if isinstance(error, OSError) and error.errno else said_by(error)
 
 
 def carry_out(order: Mapping, progress: Callable[[int, int], object]) -> None:

@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from ..base.files import temporary
+from ..base.text import said_by
 from . import export, worker
 from .children import Child, Outcome
 from .orders import Engine, Order, Watch
@@ -257,9 +258,9 @@ def _connected(address, **security):
             f"the scheduler {address} does not answer; see whether it runs there{certificates}."
         ) from error
     except Exception as error:  # anything, where it speaks otherwise
-        told = " ".join(str(error).split())
         raise RuntimeError(
-            f"the scheduler {address} is not understood; see whether it is one of Dask, in the version that is here: {told}."
+            f"the scheduler {address} is not understood; see whether it is one of Dask, in the version that is here: "
+            f"{said_by(error)}."
         ) from error
 
 
@@ -420,7 +421,6 @@ def _outcome(future, order):
     if future.status == "cancelled":
         raise RuntimeError("the scheduler is gone; what is done is kept, and the same command goes on from there.")
     if future.status == "error":
-        told = " ".join(str(future.exception()).split())
-        return Outcome(order.task.key, 0.0, f"the worker that rendered it went away: {told}"), ""
+        return Outcome(order.task.key, 0.0, f"Dask has given it up: {said_by(future.exception())}"), ""
     said = json.loads(future.result())
     return Outcome(*(said[field] for field in Outcome._fields)), said["worker"]

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 import time
+import types
 
 import pytest
 
@@ -80,6 +81,30 @@ def test_a_worker_that_is_killed_in_a_render(spheres, sweep, tmp_path, scheduler
     assert len(killed) == 2 and problems == [] and at.done == 3 and results.to_do(tmp_path, tasks) == []
 
 
+def test_a_task_of_which_all_workers_die_is_given_up_by_dask(spheres, sweep, tmp_path, monkeypatch):
+    """With its sentence."""
+    monkeypatch.setattr(cluster, "TRIES", 1)
+    monkeypatch.setenv("DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES", "0")
+    stands, address = standing(*SCHEDULER)
+    worker, _ = standing("distributed.cli.dask_worker", address, "--nthreads", "1", "--no-nanny", *WORKER)
+    tasks = spheres(-1)
+    plan.write(tmp_path, tasks)
+    monkeypatch.setattr(state.State, "began", lambda self, name, order: worker.kill())
+    try:
+        (problem,), at = sweep(tasks, cluster.engine("dask", address))
+        assert problem.problem.startswith("Dask has given it up: Attempted to run task ")
+        assert at.failed == 1 and results.to_do(tmp_path, tasks) == tasks
+    finally:
+        end(worker, stands)
+
+
+@pytest.mark.parametrize("error", [TimeoutError(), OSError("two\nlines")], ids=["without a word", "of two lines"])
+def test_what_dask_gives_up_has_a_reason(spheres, error):
+    future = types.SimpleNamespace(status="error", exception=lambda: error)
+    outcome, _ = cluster._outcome(future, Order(*spheres(-1)))
+    assert outcome.problem == f"Dask has given it up: {str(error).replace(chr(10), ' ') or 'TimeoutError'}"
+
+
 def test_a_scheduler_that_is_killed_and_stands_anew(spheres, sweep, tmp_path, scheduler):
     """What is done is kept; the same again goes on from there."""
     stands, address, _ = scheduler
@@ -146,7 +171,11 @@ def stands(code):
     ],
     ids=["of a package", "of Dask"],
 )
-def test_a_scheduler_of_other_versions(spheres, sweep, code, told):
+def test_a_scheduler_of_other_versions(spheres, sweep, code, told, monkeypatch):
+    def waits(self, why):
+        raise AssertionError(why)
+
+    monkeypatch.setattr(state.State, "waits", waits)  # as it would, without an end, where it goes on
     process, address = stands(code)
     try:
         with pytest.raises(RuntimeError, match=told):
@@ -320,6 +349,18 @@ def test_a_worker_whose_pictures_are_not_seen_here(spheres, sweep, tmp_path, mon
             process.wait(20)
 
 
+# as docs/many-machines.md has them
+YAML = """distributed:
+  comm:
+    tls:
+      ca-file: {}
+      client:
+        cert: {}
+        key: {}
+"""
+VARIABLES = [f"DASK_DISTRIBUTED__COMM__TLS__{name}" for name in ("CA_FILE", "CLIENT__CERT", "CLIENT__KEY")]
+
+
 @pytest.mark.skipif(not shutil.which("openssl"), reason="needs openssl, which makes certificates")
 def test_a_scheduler_with_certificates_of_ones_own(spheres, sweep, tmp_path):
     """They are those of Dask's settings; without them, or with others, it is said."""
@@ -337,23 +378,32 @@ def test_a_scheduler_with_certificates_of_ones_own(spheres, sweep, tmp_path):
         protocol="tls",
     )
 
-    def with_certificates(authority, certificate, key):
-        tls = {"ca-file": authority, "client.cert": certificate, "client.key": key}
-        with dask.config.set({f"distributed.comm.tls.{name}": file for name, file in tls.items()}):
-            return sweep(tasks, cluster.engine("dask", address))
+    def in_a_file(*files):
+        settings = tmp_path / "dask"
+        settings.mkdir(exist_ok=True)
+        (settings / "nimray.yaml").write_text(YAML.format(*files))
+        dask.config.refresh(paths=[settings], env={})
 
-    tasks = spheres(-1)
+    def in_variables(*files):
+        dask.config.refresh(paths=[], env=dict(zip(VARIABLES, files, strict=True)))
+
+    tasks = spheres(-1, -1.5)
     plan.write(tmp_path, tasks)
     try:
-        for certificates, told in [
-            ((None, None, None), "wants certificates, which Dask's settings do not name"),
-            ((*ours[:2], others[2]), "cannot be read"),
-            (others, "does not answer; see whether it runs there, and with certificates of the same authority"),
+        for named, certificates, told in [
+            (in_a_file, ("null", "null", "null"), "wants certificates, which Dask's settings do not name"),
+            (in_variables, (*ours[:2], others[2]), "cannot be read"),
+            (in_a_file, others, "does not answer; see whether it runs there, and with certificates of the same authority"),
         ]:
+            named(*certificates)
             with pytest.raises(RuntimeError, match=told):
-                with_certificates(*certificates)
-        assert with_certificates(*ours)[0] == [] and results.to_do(tmp_path, tasks) == []
+                sweep(tasks, cluster.engine("dask", address))
+        for named, task in zip((in_a_file, in_variables), tasks, strict=True):
+            named(*ours)
+            assert sweep([task], cluster.engine("dask", address))[0] == []
+        assert results.to_do(tmp_path, tasks) == []
     finally:
+        dask.config.refresh()
         for process in (worker, stands):
             process.send_signal(signal.SIGINT)
             process.wait(20)

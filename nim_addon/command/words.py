@@ -34,7 +34,7 @@ class _Once:
     _seen: argparse.Namespace | None = None
 
     def __call__(self, parser, namespace, values, option_string=None) -> None:
-        if self.option_strings and self._seen is namespace:
+        if self._seen is namespace:
             raise UsageError(f"{' and '.join(self.option_strings)} is given twice; give it once.")
         self._seen = namespace
         super().__call__(parser, namespace, values, option_string)  # pyright: ignore[reportAttributeAccessIssue]

@@ -59,6 +59,22 @@ def runs(pid, words):
         return False
 
 
+@contextlib.contextmanager
+def within(seconds):
+    """Within, what waits longer fails, rather than for ever."""
+
+    def late(*_):
+        raise AssertionError(f"it waits for more than {seconds} s")
+
+    former = signal.signal(signal.SIGALRM, late)
+    signal.alarm(seconds)
+    try:
+        yield
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, former)
+
+
 def wait(condition, seconds):
     """Until a condition holds."""
     end = time.monotonic() + seconds

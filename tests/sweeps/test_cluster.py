@@ -16,7 +16,7 @@ import pytest
 from nim_addon.sweeps import cluster, plan, results, run, state
 from nim_addon.sweeps.orders import Order
 
-from .dask_lab import ENVIRONMENT, PACKAGE, SCHEDULER, WORKER, end, pids_of, runs, standing, wait
+from .dask_lab import ENVIRONMENT, PACKAGE, SCHEDULER, WORKER, end, pids_of, runs, standing, wait, within
 
 distributed = pytest.importorskip("distributed")
 dask = pytest.importorskip("dask")
@@ -219,12 +219,14 @@ def test_a_scheduler_without_workers_is_named(tmp_path):
         alone = (
             f"nimray: the scheduler {address} has no workers %s; it goes on as soon as there is one, such as by dask "
         )
-        assert client.stderr.readline().startswith(alone % "yet")
+        with within(120):
+            assert client.stderr.readline().startswith(alone % "yet")
         worker, _ = standing("distributed.cli.dask_worker", address, "--nthreads", "1", *WORKER)
         processes.insert(0, worker)
         wait(lambda: (state.read(tmp_path) or {}).get("workers"), 60)  # it has begun
         end(worker)
-        assert client.stderr.readline().startswith(alone % "any more")
+        with within(120):
+            assert client.stderr.readline().startswith(alone % "any more")
         client.send_signal(signal.SIGINT)
         assert client.wait(20) == 130
     finally:

@@ -10,9 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from nim_addon.sweeps import cluster, export, plan, results
+from nim_addon.sweeps import cluster, export, plan, results, state
+from nim_addon.sweeps.orders import Order
 
-from .dask_lab import ENVIRONMENT, PACKAGE, wait
+from .dask_lab import ENVIRONMENT, PACKAGE, runs, wait, within
 
 
 @pytest.fixture(scope="session")
@@ -38,6 +39,47 @@ def test_jobs_of_a_queue(spheres, sweep, tmp_path, queue):
     plan.write(tmp_path, tasks)
     problems, at = sweep(tasks, cluster.engine("slurm"))
     assert (problems, at.done) == ([], 3) and results.to_do(tmp_path, tasks) == []
+    wait(lambda: not subprocess.run(["squeue", "-h"], capture_output=True, text=True).stdout.strip(), 60)
+
+
+def job_of(worker):
+    """The number of the job that a worker of that name runs in."""
+    pids = [int(folder.name) for folder in Path("/proc").glob("[0-9]*")]
+    pid = next(pid for pid in pids if runs(pid, f"--name\0{worker}\0"))
+    variables = Path(f"/proc/{pid}/environ").read_text().split("\0")
+    return next(line for line in variables if line.startswith("SLURM_JOB_ID=")).partition("=")[2]
+
+
+class Ended(Exception):
+    """The queue has ended all of the jobs, as is said."""
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_a_job_that_is_lost(spheres, tmp_path, queue, jobs):
+    """No other takes its place: what it rendered one that is left renders, and where none is, that is said."""
+    pytest.importorskip("dask_jobqueue")
+    tasks = spheres(-2, -1.5, -1, samples=16)
+    plan.write(tmp_path, tasks)
+    lost = []
+
+    class Watch(state.State):
+        def began(self, name, order):
+            if not lost:
+                lost.append(job_of(name.removeprefix("worker ")))
+                subprocess.run(["scancel", lost[0]], check=True)
+
+        def waits(self, why):
+            if lost:
+                raise Ended(why)
+
+    orders = [Order(task) for task in tasks]
+    carried_out = cluster.engine("slurm", jobs=jobs)(orders, tmp_path, Watch(tmp_path, 3, kept=False))
+    if jobs == 1:
+        with within(120), pytest.raises(Ended, match="the queue has ended all of the jobs; squeue says why"):
+            list(carried_out)
+    else:
+        assert all(outcome.problem is None for _, outcome in carried_out) and results.to_do(tmp_path, tasks) == []
+    assert lost
     wait(lambda: not subprocess.run(["squeue", "-h"], capture_output=True, text=True).stdout.strip(), 60)
 
 

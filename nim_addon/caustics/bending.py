@@ -80,7 +80,7 @@ class Bending:
             check(material, name)
             sharp = bends(material)
             copy = self._copy(material) if sharp or is_volume(material) else None
-            self._effects[key] = Effect(copy, sharp, copy is None and lands(material), attributes_of(material))
+            self._effects[key] = Effect(copy, sharp, lands(material), attributes_of(material))
         return self._effects[key]
 
     def set(self, **switches: float) -> None:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..cycles import meshes
 from ..cycles.animation import curves_of
 from ..cycles.visibility import PATHS_MARK, Shown, as_rendered, shown
-from .bending import bends, is_volume, lands
+from .bending import bends, lands
 
 
 def met(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> Iterator[Shown]:
@@ -38,7 +38,7 @@ def lacks_floor(scene: bpy.types.Scene) -> bool:
         can_shine = replaceable(depsgraph)
         for surface in met(scene, depsgraph):
             bent |= any(map(bends, surface.materials))
-            if can_shine(surface) and any(map(_takes_light, _used(surface))):
+            if can_shine(surface) and any(map(lands, _used(surface))):
                 return False
     return bent
 
@@ -57,10 +57,6 @@ def bodies(scene: bpy.types.Scene) -> NDArray:
 def _used(surface):
     """The materials that faces of a Shown have."""
     return [surface.materials[slot] for slot in np.unique(meshes.slots(surface.mesh, len(surface.materials)))]
-
-
-def _takes_light(material):
-    return lands(material) and not bends(material) and not is_volume(material)
 
 
 def _is_own(instance):

@@ -299,7 +299,7 @@ def _ways(profile: Profile, p: NDArray) -> tuple[NDArray, NDArray]:
 
 def _through_cloak(profile: Profile, p: NDArray, turns: NDArray) -> tuple[NDArray, NDArray]:
     """Radii and angles (N, M) of the way in: a straight line in the radius rho."""
-    end = np.where(turns, p, np.maximum(profile.rho(np.array([profile.inner]))[0], p))
+    end = np.where(turns, p, profile.rho(np.array([profile.inner]))[0])
     first, last = np.sqrt(1 - p * p), np.sqrt(end * end - p * p)
     # evenly along the line, and evenly in angle, for where it passes near to the centre
     turned = p * np.tan(np.linspace(np.arctan2(first, p), np.arctan2(last, p), 4 * _PANELS))

@@ -54,7 +54,7 @@ def write(folder: str | Path, pictures: Sequence[Task]) -> Path:
 
 
 def _cell(png, task, width):
-    """(H, W, 3) bytes of a picture in that width, a grey field where it is not done, and the lines of its caption."""
+    """(H, W, 3) bytes of a picture in that width, a black field where it is not done, and the lines of its caption."""
     import OpenImageIO as oiio
 
     image = image_of(png) if png.is_file() else oiio.ImageBuf(oiio.ImageSpec(4, 3, 3, oiio.UINT8))

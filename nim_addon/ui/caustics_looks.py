@@ -34,7 +34,7 @@ class Known:
         self.asked = self.report.get("asked", 0) if report and not self.report["settings"] else 0
         self.left = caustics.left(scene) or frames.frames_of(scene) is not None
         self.kept = frames.kept(scene, range(scene.frame_start, scene.frame_end + 1, scene.frame_step))
-        self.lacks_floor = not self.baked and landing.lacks_floor(scene)
+        self.lacks_floor = landing.lacks_floor(scene)
         self.stale = self.baked and caustics.out_of_date(scene, MESHES)
 
 

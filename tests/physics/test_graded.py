@@ -23,6 +23,7 @@ BALLS = {
     **{device: Profile(device) for device in DEVICES},
     "capped": Profile("invisible", cap=3.0),
     "cored": Profile("eaton", core=0.3),
+    "cloaked": Profile("cloak", hollow=0.6, core=0.7),
     "table": Profile(((0.0, 1.5), (0.5, 1.4), (1.0, 1.0))),
     "function": Profile(SMOOTH["hump"]),
 }
@@ -232,6 +233,12 @@ def test_many_paths_at_once_are_those_of_each_ray(name):
         np.testing.assert_allclose(way[[0, -1]], one[[0, -1]], atol=1e-12)
     steps = np.linalg.norm(np.diff(ways, axis=1), axis=-1)
     assert (steps.min(axis=1) > 0.8 * steps.max(axis=1)).all()
+
+
+def test_no_path_cuts_through_what_a_cloak_hides():
+    for p in (1e-6, 1e-3, 0.1):
+        (way,) = graded.paths(Profile("cloak", hollow=0.6), [(p, 0, 4)], (0, 0, -2), 129)
+        assert np.linalg.norm((way[1:] + way[:-1]) / 2, axis=1).min() > 0.599
 
 
 def test_lines_without_length_stay_where_they_are():

@@ -35,3 +35,4 @@ def test_pictures_stay_level_however_long_their_captions_are(tmp_path):
     for joined in montage(tmp_path, "joined", files, {}, ["n = 1.5", "n = -1.5, " * 8]):
         pixels = oiio.ImageBuf(str(joined)).get_pixels()
         assert np.allclose(pixels[:40, :320], 0.5, atol=0.01) and np.allclose(pixels[:40, -320:], 0.5, atol=0.01)
+        assert pixels[40:, -3:].min() > 0.99  # the longest is not cut off

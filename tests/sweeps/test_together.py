@@ -67,6 +67,14 @@ def test_the_sheet_has_captions_under_the_pictures(done, tmp_path):
     assert below.max() == 255 and below.min() < 80
 
 
+def test_the_sheet_is_level_however_long_its_captions_are(spheres, tmp_path):
+    (task,) = spheres(-1)
+    tasks = [Task(task.request, {"n": n}) for n in ("-1.5", "n=-1.5, " * 9)]  # not done: dark
+    pixels = oiio.ImageBuf(str(sheet.write(tmp_path, tasks))).get_pixels(oiio.UINT8)
+    assert not pixels[:240, : sheet.WIDTH].any() and not pixels[:240, -sheet.WIDTH :].any()
+    assert pixels[240:, -3:].min() > 250  # the longest is not cut off
+
+
 def test_the_sheet_of_too_many_has_some_from_all_along(done, tmp_path, monkeypatch):
     monkeypatch.setattr(sheet, "MOST", 2)
     pixels = oiio.ImageBuf(str(sheet.write(tmp_path, done))).get_pixels(oiio.UINT8)

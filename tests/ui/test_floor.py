@@ -56,6 +56,9 @@ def test_a_scene_without_a_floor_is_offered_one_on_which_caustics_are_baked(scen
     assert press("nim.bake_caustics") == {"FINISHED"}
     (copy,) = (obj for obj in scene.objects if obj.type == "MESH" and obj.get(caustics.CAUSTICS_MARK))
     assert copy.name == "NIM Caustics Floor" and scene.objects["Floor"].hide_render
+    bpy.data.objects.remove(scene.objects["Floor"])  # its copy is none that a bake could use
+    known(scene)
+    assert OFFERED in drawn(scene)
 
 
 def test_one_undo_takes_it_back(scene, press):
@@ -130,6 +133,19 @@ def test_it_is_offered_where_a_bake_is_refused(scene, change, lacks):
     assert landing.lacks_floor(scene) == refused(scene) == lacks
     known(scene)
     assert (OFFERED in drawn(scene)) == lacks
+
+
+def test_it_is_not_added_in_another_mode_nor_to_a_scene_of_a_library(scene, press, tmp_path):
+    bpy.context.view_layer.objects.active = cube()
+    bpy.ops.object.mode_set(mode="EDIT")
+    with pytest.raises(RuntimeError, match="Leave the mode you are in for Object Mode first"):
+        press("nim.add_floor")
+    bpy.ops.object.mode_set(mode="OBJECT")
+    bpy.data.libraries.write(str(tmp_path / "library.blend"), {scene})
+    with bpy.data.libraries.load(str(tmp_path / "library.blend"), link=True) as (_, wanted):
+        wanted.scenes = [scene.name]
+    with bpy.context.temp_override(scene=wanted.scenes[0]):
+        assert not bpy.ops.nim.add_floor.poll()
 
 
 def test_where_nothing_bends_light_none_is_offered_and_none_is_added(scene, press):

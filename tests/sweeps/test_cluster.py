@@ -395,7 +395,11 @@ def test_a_scheduler_with_certificates_of_ones_own(spheres, sweep, tmp_path):
         for named, certificates, told in [
             (in_a_file, ("null", "null", "null"), "wants certificates, which Dask's settings do not name"),
             (in_variables, (*ours[:2], others[2]), "cannot be read"),
-            (in_a_file, others, "does not answer; see whether it runs there, and with certificates of the same authority"),
+            (
+                in_a_file,
+                others,
+                "does not answer; see whether it runs there, and with certificates of the same authority",
+            ),
         ]:
             named(*certificates)
             with pytest.raises(RuntimeError, match=told):

@@ -209,7 +209,7 @@ def leaving(profile: Profile, sines: ArrayLike) -> tuple[NDArray, NDArray]:
     rho = profile.rho(r)
     p = _flat(sines) * rho[0]
     least = np.minimum.accumulate(rho)
-    leaves = (p <= least[-1]) & (p < 1)
+    leaves = p <= least[-1]
     place = np.clip(np.searchsorted(-least, -p), 1, len(r) - 1)  # the first beyond which rho is below p
     # outwards rho falls: _between() takes its brackets the other way round
     turning = _between(profile, p, r[place], r[place - 1], ~leaves, 1.0)

@@ -81,11 +81,30 @@ def test_the_ball_stands_among_other_surfaces():
     np.testing.assert_allclose(paths.n[landed], 1.5)
 
 
-def test_rays_from_within_and_beside_the_sphere_go_straight_on():
-    wide = Sphere(CENTER, 1.2 * RADIUS, Ball(Profile("luneburg"), CENTER, RADIUS))
-    ways = trace(Shapes(wide), CENTER + RADIUS * np.array([[0, 0, 0], [1.1, 0, 3]]), (0, 0, -1), reach=9.0)
+LAWS = [
+    Ball(Profile("luneburg"), CENTER, RADIUS),
+    Shell(Profile("luneburg", core=0.5, surface="textured"), CENTER, RADIUS),
+]
+
+
+@pytest.mark.parametrize("law", LAWS, ids=["ball", "shell"])
+def test_rays_from_within_and_beside_the_sphere_go_straight_on(law):
+    wide = Sphere(CENTER, 1.2 * RADIUS, law)
+    # what comes from the centre of a shell comes from its core
+    within = [[0, 0, 0]] if isinstance(law, Ball) else []
+    starts = CENTER + RADIUS * np.array([*within, [1.0005, 0, 3], [1.1, 0, 3]])
+    ways = trace(Shapes(wide), starts, (0, 0, -1), reach=9.0)
     check_chain(ways)
-    np.testing.assert_array_equal(ways.direction, np.tile((0, 0, -1), (len(ways.ray), 1)))
+    np.testing.assert_allclose(ways.direction, np.tile((0, 0, -1), (len(ways.ray), 1)), atol=1e-12)
+    assert not ways.lost.any()
+
+
+@pytest.mark.parametrize("law", LAWS, ids=["ball", "shell"])
+def test_a_path_begins_on_the_facet_that_the_ray_meets(law):
+    facet = CENTER + RADIUS * np.array([[0.3, 0, 0.94]])  # within the sphere
+    through, _ = law.branches(facet, np.array([[0.0, 0, -1]]), np.array([[0.0, 0, 1]]))
+    np.testing.assert_array_equal(through.way[:, 0], facet)
+    np.testing.assert_allclose(through.way[:, -1], through.start, atol=1e-9)
 
 
 @pytest.mark.parametrize(

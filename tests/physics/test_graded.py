@@ -142,6 +142,12 @@ def test_every_ray_runs_back_as_it_came(name):
     assert (np.sum(out.points * out.directions, axis=1) > 0).all()
 
 
+def test_rays_that_come_from_far_away_leave_at_the_rim():
+    points, directions, _ = rays(50)
+    out = graded.carry(BALLS["luneburg"], points - 1e9 * directions, directions)
+    np.testing.assert_allclose(np.linalg.norm(out.points, axis=1), 1, atol=1e-12)
+
+
 def test_what_each_device_is_for():
     points, d, p = rays(50)
 
@@ -196,7 +202,7 @@ def test_where_light_lands_on_a_core_and_leaves_it():
     np.testing.assert_allclose(there.sine, -0.8 * p, atol=1e-14)
     angle, leaves = graded.leaving(magnifier, np.abs(there.sine))
     np.testing.assert_allclose(angle, there.angle, atol=1e-9)
-    assert leaves.all()
+    assert leaves.all() and graded.leaving(magnifier, 0.8)[1], "along the rim, too"
     trapped = np.linspace(0.81, 0.99, 9)  # chords of the sphere of radius 1 / a, outside of the rim
     angle, leaves = graded.leaving(magnifier, trapped)
     np.testing.assert_allclose(angle, -2 * np.arccos(trapped), atol=1e-9)
@@ -219,6 +225,7 @@ def test_paths_end_where_rays_leave(name):
         point = graded.path(BALLS[name], (p, 0, 4), (0, 0, -2))
         out = graded.carry(BALLS[name], (p, 0, 4), (0, 0, -2))
         np.testing.assert_allclose(point[-1], out.points, atol=2e-4)
+        assert np.linalg.norm(out.points) == pytest.approx(1), "on the axis, too"
         np.testing.assert_allclose(point[0], (p, 0, math.sqrt(1 - p * p)), atol=1e-12)
     assert len(graded.path(BALLS[name], (1.1, 0, 4), (0, 0, -2))) == 0
 

@@ -106,7 +106,11 @@ def test_the_button_bakes_and_clear_gives_the_scene_back(scene, press, capfd):
     text = drawn(scene)
     assert "Bake Again | nim.view_rendered | Up to date | Light lands on copies of Floor, hidden meanwhile | " in text
     assert "Caustics baked onto Floor, hidden now behind copies that shine: " in capfd.readouterr().out
-    assert text.split(" | ")[4].startswith("1 million photons in ") and text.split(" | ")[4].endswith(" MB")
+    assert text.split(" | ")[4].startswith("1 million photons in 0:") and text.split(" | ")[4].endswith(" MB")
+    engine.baked(scene)[engine.REPORT]["seconds"], engine.baked(scene)[engine.REPORT]["megabytes"] = 75.0, 12.4
+    caustics_looks.forget()
+    known(scene)
+    assert "1 million photons in 1:15, 12 MB" in drawn(scene)
     assert press("nim.clear_caustics") == {"FINISHED"}
     assert names() == before
     assert not scene.objects["Floor"].hide_render
@@ -277,8 +281,9 @@ def test_stopped_early_nothing_is_changed_and_after_two_rounds_the_rest_is_kept(
     for _ in range(3):
         press.tick(scene)
     assert press.run.part == 0.5 and "left" in press.run.text()
+    press.run.started -= 90
     assert press.stop() == {"FINISHED"}
-    assert "onto Floor, hidden now behind copies that shine: 0.5 million photons" in reports[-1][1]
+    assert "onto Floor, hidden now behind copies that shine: 0.5 million photons in 1:3" in reports[-1][1]
     said = "Stopped at 0.5 of 1 million photons: Bake Again traces them all"
     assert said in drawn(scene) and "Up to date" not in drawn(scene)
     assert caustics_bake.NIM_OT_bake_caustics.poll(bpy.context)  # there are more to trace

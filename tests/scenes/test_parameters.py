@@ -95,7 +95,7 @@ def test_a_true_minus_sign_makes_the_same_files():
 
 def test_a_setting_is_given_once():
     with pytest.raises(ValueError, match="depth is set twice; set it once"):
-        Every.read(["depth=1", "stones=7", "depth=2"])
+        Every.read(["depth=1", "stones=7", "depth = 2"])
 
 
 @pytest.mark.parametrize(

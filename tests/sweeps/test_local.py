@@ -2,6 +2,7 @@
 """A sweep on this machine: Blenders that render one task after the other, crash, are killed, and go on."""
 
 import dataclasses
+import io
 import json
 import os
 import signal
@@ -13,6 +14,7 @@ import OpenImageIO as oiio
 import pytest
 
 from nim_addon.renders.request import Request
+from nim_addon.sweeps import child as sweeps_child
 from nim_addon.sweeps import children, plan, results, state, status
 from nim_addon.sweeps.children import Child
 from nim_addon.sweeps.orders import Order
@@ -130,6 +132,16 @@ def test_a_task_that_always_kills_its_blender_is_left(spheres, sweep, monkeypatc
     (problem,), at = sweep(tasks)
     assert len(tried) == 3 and problem.task == tasks[0] and at.done == 1
     assert problem.problem.startswith("the Blender that rendered it ended (exit code -9)")
+
+
+def test_what_fails_without_a_word_has_failed(spheres, tmp_path, monkeypatch):
+    def fail(order, progress):
+        raise TimeoutError
+
+    monkeypatch.setattr(sweeps_child, "carry_out", fail)
+    answers = io.StringIO()
+    sweeps_child.serve(io.StringIO(json.dumps(Order(*spheres(-1)).record(tmp_path))), answers)
+    assert json.loads(answers.getvalue().splitlines()[-1])["problem"] == "TimeoutError"
 
 
 def test_a_child_is_replaced_in_time(spheres, sweep, monkeypatch):

@@ -284,6 +284,7 @@ def test_stopped_early_nothing_is_changed_and_after_two_rounds_the_rest_is_kept(
     press.run.started -= 90
     assert press.stop() == {"FINISHED"}
     assert "onto Floor, hidden now behind copies that shine: 0.5 million photons in 1:3" in reports[-1][1]
+    assert "| 0.5 million photons in 1:3" in drawn(scene)
     said = "Stopped at 0.5 of 1 million photons: Bake Again traces them all"
     assert said in drawn(scene) and "Up to date" not in drawn(scene)
     assert caustics_bake.NIM_OT_bake_caustics.poll(bpy.context)  # there are more to trace

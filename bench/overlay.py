@@ -23,7 +23,16 @@ REST = 0.6  # seconds between two, so that none follows another closely
 LONGEST = 60.0
 
 sys.path.insert(0, ROOT)
-state = {"left": [], "taken": {}, "begun": None, "within": None, "spent": None, "at": 0.0, "done": False}
+state = {
+    "left": [],
+    "taken": {},
+    "begun": None,
+    "within": None,
+    "traced": None,
+    "spent": None,
+    "at": 0.0,
+    "done": False,
+}
 
 
 def clocks():
@@ -36,7 +45,8 @@ def looked(look):
     def timed(*given):
         begun = clocks()
         made = look(*given)
-        state["spent"] = [now - then for now, then in zip(clocks(), begun, strict=True)]
+        state["traced"] = clocks()
+        state["spent"] = [now - then for now, then in zip(state["traced"], begun, strict=True)]
         return made
 
     return timed
@@ -52,7 +62,9 @@ def after_drawing():
     now = clocks()
     if state["begun"] is None or state["spent"] is None:
         return
-    drawn = [end - begin for end, begin in zip(now, state["within"], strict=True)]
+    # it may have been traced in between
+    within = [max(begin, end) for begin, end in zip(state["within"], state["traced"], strict=True)]
+    drawn = [end - begin for end, begin in zip(now, within, strict=True)]
     state["taken"].setdefault(state["left"][0][0], []).append([now[0] - state["begun"], *state["spent"], *drawn])
     state["begun"], state["spent"], state["at"] = None, None, now[0]
 

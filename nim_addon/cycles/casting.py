@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from functools import cached_property
-from typing import NamedTuple
 
 import bpy
 import numpy as np
@@ -16,6 +15,7 @@ from ..physics import Interface
 from ..physics.laws import Law
 from ..physics.rays import Hit
 from . import meshes
+from .facets import Body, dot
 from .laws import asked_law, law_of
 from .material import asked_interfaces, interface_of, is_rough
 from .visibility import Shown
@@ -24,6 +24,7 @@ from .visibility import Shown
 AT_ONCE = 1_000_000
 # Up to so many triangles are compared with all rays at once, in less time than a tree takes for a ray.
 FEW = 64
+BEHIND = 1 + 1e-5  # times as far as a hit in single precision there may be a nearer one
 EDGE = 1e-9  # of a triangle's size, so that no ray passes between two
 
 
@@ -64,15 +65,6 @@ class Faces:
             if normal is not None:
                 distance[i], normals[i] = length, normal
         return distance, normals
-
-
-class _Body(NamedTuple):
-    """A mesh where it stands; `which` (slots,) are indices of interfaces, -1 where a material is none."""
-
-    mesh: _Mesh
-    matrix: NDArray
-    inverse: NDArray
-    which: NDArray
 
 
 class Meshes:
@@ -120,7 +112,7 @@ class Meshes:
                 self.bounds[surface.original] = np.minimum(low, first), np.maximum(high, last)
                 # Blender casts in single precision, in the mesh's own space
                 far = max(far, np.abs([low, high]).max(), np.abs(matrix[:3, :3]).max() * np.abs(mesh.box).max())
-            self._bodies.append(_Body(mesh, matrix, np.linalg.inv(matrix), which))
+            self._bodies.append(Body(mesh, matrix, np.linalg.inv(matrix), which))
             boxes.append(meshes.bounds(meshes.moved(meshes.box_corners(*mesh.box), matrix)))
         if self.bounds:
             self.low = np.min([low for low, _ in self.bounds.values()], axis=0)
@@ -176,44 +168,54 @@ class Meshes:
 
     def _met(self, origins, directions):
         """Hits (H,) that may be the nearest of their rays: indices of those, distances, normals (H, 3), interfaces."""
-        ray, body, face = self._faces(origins, directions)
-        distance, normal, which = np.zeros(len(ray)), np.zeros((len(ray), 3)), np.full(len(ray), -1)
-        for j in np.unique(body):
-            rows = np.flatnonzero(body == j)
-            one = self._bodies[j]
-            distance[rows], normal[rows] = _exactly(one, face[rows], origins[ray[rows]], directions[ray[rows]])
-            which[rows] = one.which[np.minimum(one.mesh.slots[face[rows]], len(one.which) - 1)]
-        return ray, distance, normal, which
-
-    def _faces(self, origins, directions):
-        """What _met() looks at: rays, bodies, and faces of theirs that they meet, three arrays (H,) of indices."""
         ray, body, entry = self._candidates(origins, directions)
-        if not len(ray):
-            return ray, body, ray
+        face, away, nearest = np.full(len(ray), -1), np.full(len(ray), np.inf), np.full(len(origins), np.inf)
+        rows_of = {j: np.flatnonzero(body == j) for j in np.unique(body).tolist()}
+        small = {j: rows for j, rows in rows_of.items() if self._bodies[j].mesh.is_small}
+        shares = np.zeros((len(ray), 2))
+        for j, rows in small.items():
+            starts, ways = self._bodies[j].within(origins[ray[rows]], directions[ray[rows]])
+            face[rows], away[rows], shares[rows] = self._bodies[j].mesh.meet(starts, ways)
+            nearest[ray[rows]] = np.minimum(nearest[ray[rows]], away[rows])  # each ray meets a body once
+        if len(small) < len(rows_of):
+            self._cast(origins, directions, (ray, body, entry), face, away, nearest)
+        # a hit in single precision is good enough to leave out what lies behind it
+        chosen = (face >= 0) & (away <= nearest[ray] * BEHIND + self.gap)
+        distance, normal, which = away.copy(), np.zeros((len(ray), 3)), np.full(len(ray), -1)
+        for j, rows in rows_of.items():
+            rows, one = rows[chosen[rows]], self._bodies[j]
+            if not len(rows):
+                continue
+            faces, towards = face[rows], directions[ray[rows]]
+            if j in small:
+                normal[rows] = one.smooth(faces, shares[rows], towards)
+                faces = one.mesh.face_of[faces]
+            else:
+                distance[rows], normal[rows] = one.exactly(faces, origins[ray[rows]], towards)
+            which[rows] = one.which[np.minimum(one.mesh.slots[faces], len(one.which) - 1)]
+        return ray[chosen], distance[chosen], normal[chosen], which[chosen]
+
+    def _cast(self, origins, directions, candidates, face, away, nearest):
+        """Note the faces (P,) that candidates meet by their trees, and how far away; `nearest` (N,) is of each ray."""
+        large = np.array([not body.mesh.is_small for body in self._bodies])[candidates[1]]
+        ray, body, entry = (column[large] for column in candidates)
         inverse = np.array([body.inverse for body in self._bodies])[body]
         starts = np.einsum("nij,nj->ni", inverse[:, :3, :3], origins[ray]) + inverse[:, :3, 3]
         ways = np.einsum("nij,nj->ni", inverse[:, :3, :3], directions[ray])
-        lengths = np.linalg.norm(ways, axis=1)
-        face, away = np.full(len(ray), -1), np.full(len(ray), np.inf)
-        small = np.array([body.mesh.is_small for body in self._bodies])[body]
-        for j in np.unique(body[small]):
-            rows = np.flatnonzero(body == j)
-            face[rows], away[rows] = self._bodies[j].mesh.meet(starts[rows], ways[rows])
-        nearest = np.full(len(origins), np.inf)
-        np.minimum.at(nearest, ray, away)
-        # a hit in single precision is good enough to leave out what lies behind it
-        behind, nearest = 1 + 1e-5, nearest.tolist()
-        rows = np.flatnonzero(~small)
-        columns = (column[rows].tolist() for column in (ray, body, entry, lengths, starts, ways))
-        for row, i, j, near, length, start, way in zip(rows.tolist(), *columns, strict=True):
-            if near > nearest[i] * behind + self.gap:
+        columns = ray, body, entry, np.linalg.norm(ways, axis=1), starts, ways
+        least = nearest.tolist()
+        found = []
+        for i, j, near, length, start, way in zip(*(column.tolist() for column in columns), strict=True):
+            index = None
+            if near <= least[i] * BEHIND + self.gap:
+                *_, index, distance = self._bodies[j].mesh.tree.ray_cast(start, way)
+            if index is None:
+                found.append((-1, np.inf))
                 continue
-            *_, index, distance = self._bodies[j].mesh.tree.ray_cast(start, way)
-            if index is not None:
-                face[row], away[row] = index, distance / length
-                nearest[i] = min(nearest[i], distance / length)
-        chosen = (face >= 0) & (away <= np.array(nearest)[ray] * behind + self.gap)
-        return ray[chosen], body[chosen], face[chosen]
+            found.append((index, distance / length))
+            least[i] = min(least[i], distance / length)
+        nearest[:] = least
+        face[large], away[large] = zip(*found, strict=True)
 
     def _candidates(self, origins, directions):
         """Rays and the bodies whose bounds they meet, and how far away, each ray's nearest first: three arrays (P,)."""
@@ -334,20 +336,28 @@ class _Mesh:
         return self.counts[1] - 2 * self.faces <= FEW
 
     @cached_property
+    def face_of(self):
+        """(T,) the face of each of its triangles."""
+        return np.repeat(np.arange(self.faces), np.diff(self.starts) - 2)
+
+    @cached_property
     def _planes(self):
-        """Of its triangles (T,) their faces, first corners, normals, and what gives the shares of the other corners (T, 3)."""
+        """Of its triangles (T,) their first corners, normals, and what gives the shares of the other corners (T, 3)."""
         a, b, c = np.moveaxis(self.vertices[self.corner_vertices[self.corners]].astype(float), 1, 0)
         b, c = b - a, c - a
         normal = np.cross(b, c)
         with np.errstate(divide="ignore", invalid="ignore"):
-            area = _dot(normal, normal)[:, None]
+            area = dot(normal, normal)[:, None]
             shares = np.cross(c, normal) / area, np.cross(normal, b) / area
-        return np.repeat(np.arange(self.faces), np.diff(self.starts) - 2), a, normal, *shares
+        return a, normal, *shares
 
     def meet(self, origins, directions):
-        """The faces (N,) that rays, in its own coordinates, meet first, -1 for none; and how far away, in `directions`."""
-        face, corner, *vectors = self._planes
-        above, b, c = (origins @ vector.T - _dot(corner, vector) for vector in vectors)
+        """What rays, in its own coordinates, meet first.
+
+        Returns triangles (N,), -1 for none; how far away, in `directions`; and the shares (N, 2) of second and third corners.
+        """
+        corner, *vectors = self._planes
+        above, b, c = (origins @ vector.T - dot(corner, vector) for vector in vectors)
         along, to_b, to_c = (directions @ vector.T for vector in vectors)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             away = -above / along
@@ -355,8 +365,9 @@ class _Mesh:
             met = (away >= 0) & (b >= -EDGE) & (c >= -EDGE) & (b + c <= 1 + EDGE)
         away = np.where(met, away, np.inf)
         first = np.argmin(away, axis=1)
-        away = away[np.arange(len(away)), first]
-        return np.where(np.isfinite(away), face[first], -1), away
+        there = np.arange(len(away)), first
+        away = away[there]
+        return np.where(np.isfinite(away), first, -1), away, np.stack([b[there], c[there]], axis=-1)
 
     def points(self, chosen):
         """(N, 3) the vertices, those of all faces whose slot is `chosen` (slots,), bool, among them."""
@@ -371,47 +382,12 @@ class _Mesh:
         count = self.starts[faces + 1] - begin - 2
         of = np.repeat(np.arange(len(faces)), count)
         before = np.cumsum(count) - count
-        corners = self.corners[np.arange(len(of)) + np.repeat(begin - 2 * faces - before, count)]
+        return of, *self.corners_of(faces[of], np.arange(len(of)) + np.repeat(begin - 2 * faces - before, count))
+
+    def corners_of(self, faces, triangles):
+        """The corners of triangles (T,) of faces (T,), and the normals at them, (T, 3, 3)."""
+        corners = self.corners[triangles]
         vertices = self.corner_vertices[corners]
         domain, normals = self.normals
-        chosen = {"FACE": np.broadcast_to(faces[of, None], (len(of), 3)), "POINT": vertices, "CORNER": corners}[domain]
-        return of, self.vertices[vertices].astype(float), normals[chosen].astype(float)
-
-
-def _exactly(body, faces, origins, directions):
-    """Where rays meet faces (K,) of a _Body that they are known to meet: distances (K,), normals (K, 3).
-
-    The tree says which face, in single precision; where it is met is worked out again in double.
-    """
-    linear = body.matrix[:3, :3]
-    of, corners, normals = body.mesh.triangles(faces)
-    origin, direction = origins[of], directions[of]
-    corners, normals = meshes.moved(corners, body.matrix), _unit_or_zero(normals @ body.inverse[:3, :3])
-    a, b, c = np.moveaxis(corners, 1, 0)
-    # a mirrored object has its normals on the same side as before, though its corners run the other way round
-    facing = _unit_or_zero(np.cross(b - a, c - a) * np.sign(np.linalg.det(linear)))
-    along = _dot(facing, direction)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        distance = np.maximum(np.nan_to_num(_dot(a - origin, facing) / along), 0)
-        at = origin + distance[:, None] * direction
-        # areas of the triangles between the point and two of the corners
-        weights = np.stack([_dot(np.cross(q - at, r - at), facing) for q, r in ((b, c), (c, a), (a, b))], -1)
-        weights = np.nan_to_num(weights / weights.sum(axis=-1, keepdims=True), nan=-np.inf)
-    # the triangle of each face that it lies in
-    _, first = np.unique(of, return_index=True)
-    met = np.lexsort((-weights.min(axis=-1), of))[first]
-    facing, along, direction = facing[met], along[met], direction[met]
-    normal = _unit_or_zero(np.einsum("nk,nki->ni", np.clip(np.nan_to_num(weights[met], neginf=0), 0, 1), normals[met]))
-    # near the rim of a smooth mesh its normals look away from the ray, or mirror it through the face
-    towards = _dot(direction, normal)
-    mirrored = along - 2 * towards * _dot(normal, facing)
-    wrong = (towards * along <= 0) | (mirrored * along >= 0)
-    return distance[met], np.where(wrong[:, None], facing, normal)
-
-
-def _dot(a, b):
-    return np.sum(a * b, axis=-1)
-
-
-def _unit_or_zero(vectors):
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-300)
+        chosen = {"FACE": np.broadcast_to(faces[:, None], corners.shape), "POINT": vertices, "CORNER": corners}[domain]
+        return self.vertices[vertices].astype(float), normals[chosen].astype(float)

@@ -69,6 +69,35 @@ def unit(vectors: ArrayLike) -> NDArray:
     return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
 
 
+def refracted(d: NDArray, normal: NDArray, cos_i: NDArray, n_i: ArrayLike, n_t: ArrayLike) -> NDArray:
+    """Interface.refract of rays between media of their own: directions (..., 3), NaN where none goes on.
+
+    d, normal: (..., 3) unit vectors, the normals against the rays; cos_i, n_i, n_t: (..., 1)
+    """
+    cos_t = _cos_t(n_i, n_t, cos_i)
+    t = (n_i / n_t) * (d + cos_i * normal) - cos_t * normal
+    return np.where(cos_t > 0, t, np.nan)
+
+
+def reflectances(
+    cos_i: NDArray, n_i: ArrayLike, n_t: ArrayLike, Z_i: ArrayLike, Z_t: ArrayLike
+) -> tuple[NDArray, NDArray]:
+    """R_s and R_p (...) between media without loss, of indices n and impedances Z (thesis 4.2, 4.3); all broadcast."""
+    cos_t = _cos_t(n_i, n_t, cos_i)
+    total = cos_t == 0
+    with np.errstate(invalid="ignore", divide="ignore"):
+        r_s = (Z_t * cos_i - Z_i * cos_t) / (Z_t * cos_i + Z_i * cos_t)
+        r_p = (Z_i * cos_i - Z_t * cos_t) / (Z_i * cos_i + Z_t * cos_t)
+    return np.where(total, 1.0, np.square(r_s)), np.where(total, 1.0, np.square(r_p))
+
+
+def amplitudes(cos_i: NDArray, q: ArrayLike, Z_i: ArrayLike, Z_t: ArrayLike) -> Amplitudes:
+    """Interface.amplitudes of rays between media of their own: q = n_i / n_t and impedances Z, complex; all broadcast."""
+    cos2_t = (1 - q) * (1 + q) + q * q * cos_i * cos_i
+    cos_t = np.sqrt(cos2_t + 0j)  # which makes an imaginary part of -0.0, whose root lies below, 0.0
+    return Amplitudes(_ratio(Z_t * cos_i, Z_i * cos_t), _ratio(Z_i * cos_i, Z_t * cos_t), cos_t)
+
+
 @dataclass(frozen=True)
 class Interface:
     """A surface between two media: `inside` lies behind its faces, `outside` where the normals point.
@@ -113,10 +142,7 @@ class Interface:
         inside, outside = (medium.n or math.nan for medium in (self.inside, self.outside))  # 0 where it carries no wave
         n_i = np.where(along > 0, inside, outside)
         n_t = np.where(along > 0, outside, inside)
-        cos_i = np.minimum(np.abs(along), 1.0)
-        cos_t = _cos_t(n_i, n_t, cos_i)
-        t = (n_i / n_t) * (d + cos_i * normal) - cos_t * normal
-        return np.where(cos_t > 0, t, np.nan)
+        return refracted(d, normal, np.minimum(np.abs(along), 1.0), n_i, n_t)
 
     def fresnel(self, cos_i: ArrayLike) -> Fresnel:
         """Reflectance and transmittance for light arriving from outside (thesis 4.2, 4.3, 4.16, 4.21).
@@ -128,18 +154,11 @@ class Interface:
         """
         cos_i = _cosine(cos_i)
         if self.is_complex:
-            r_s, r_p, _ = self.amplitudes(cos_i)
-            R_s, R_p = np.square(np.abs(r_s)), np.square(np.abs(r_p))
+            R_s, R_p = (np.square(np.abs(r)) for r in self.amplitudes(cos_i)[:2])
             R = np.minimum((R_s + R_p) / 2, 1.0)
             return Fresnel(np.minimum(R_s, 1.0), np.minimum(R_p, 1.0), R, 1 - R)
         Z_i, Z_t = abs(self.outside.impedance), abs(self.inside.impedance)
-        cos_t = _cos_t(self.outside.n, self.inside.n, cos_i)
-        total = cos_t == 0
-        with np.errstate(invalid="ignore", divide="ignore"):
-            r_s = (Z_t * cos_i - Z_i * cos_t) / (Z_t * cos_i + Z_i * cos_t)
-            r_p = (Z_i * cos_i - Z_t * cos_t) / (Z_i * cos_i + Z_t * cos_t)
-        R_s = np.where(total, 1.0, np.square(r_s))
-        R_p = np.where(total, 1.0, np.square(r_p))
+        R_s, R_p = reflectances(cos_i, self.outside.n, self.inside.n, Z_i, Z_t)
         R = (R_s + R_p) / 2
         return Fresnel(R_s, R_p, R, 1 - R)
 
@@ -154,12 +173,7 @@ class Interface:
         """
         cos_i = _cosine(cos_i)
         Z_i, Z_t = complex(self.outside.impedance), complex(self.inside.impedance)
-        q = self.outside.index / self.inside.index
-        cos2_t = (1 - q) * (1 + q) + q * q * cos_i * cos_i
-        cos_t = np.sqrt(cos2_t + 0j)  # which makes an imaginary part of -0.0, whose root lies below, 0.0
-        r_s = _ratio(Z_t * cos_i, Z_i * cos_t)
-        r_p = _ratio(Z_i * cos_i, Z_t * cos_t)
-        return Amplitudes(r_s, r_p, cos_t)
+        return amplitudes(cos_i, self.outside.index / self.inside.index, Z_i, Z_t)
 
     def transmittances(self, cos_i: ArrayLike) -> tuple[NDArray, NDArray]:
         """Shares of the power, T_s and T_p (...), that the transmitted waves carry away from the surface.

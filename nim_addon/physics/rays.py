@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .dispersion import REPRESENTATIVE_NM
-from .interface import Interface, unit
+from .interface import Interface, amplitudes, reflectances, refracted, unit
 from .laws import Branch, Law
 from .media import OPAQUE
 from .shapes import Convex, Cylinder, Hit, Plane, Shape, Shapes, Sphere
@@ -127,26 +127,51 @@ class _Front(NamedTuple):
 
 
 class _Sides(NamedTuple):
-    """An interface at one wavelength, and numbers of what lies on its two sides, inside and outside.
+    """An interface at W wavelengths: numbers of what lies on its two sides, (W, 2), inside and outside.
 
-    n, alpha: refractive index, and absorption coefficient per metre; opaque: whether nothing is seen through it
+    n, alpha:   refractive index, 0 of what carries no wave, and absorption coefficient per metre
+    q, Z:       the complex index over that of the other side, and the impedance
+    opaque:     whether nothing is seen through it
+    is_complex: (W,) whether the interface has loss
     """
 
-    interface: Interface
-    n: tuple[float, float]
-    alpha: tuple[float, float]
-    opaque: tuple[bool, bool]
+    n: NDArray
+    alpha: NDArray
+    q: NDArray
+    Z: NDArray
+    opaque: NDArray
+    is_complex: NDArray
 
     @classmethod
-    def of(cls, interface: Interface, wavelength_nm: float) -> _Sides:
-        there = interface.at(wavelength_nm)
-        inside, outside = there.inside, there.outside
-        return cls(
-            there,
-            (inside.n, outside.n),
-            (inside.absorption(wavelength_nm), outside.absorption(wavelength_nm)),
-            (inside.k > OPAQUE, outside.k > OPAQUE),
-        )
+    def of(cls, interface: Interface, wavelengths_nm: NDArray) -> _Sides:
+        rows = []
+        for nm in wavelengths_nm.tolist():
+            there = interface.at(nm)
+            sides = there.inside, there.outside
+            q = sides[0].index / sides[1].index
+            rows.append(
+                (
+                    [side.n for side in sides],
+                    [side.absorption(nm) for side in sides],
+                    [q, sides[1].index / sides[0].index],
+                    [complex(side.impedance) if there.is_complex else abs(side.impedance) for side in sides],
+                    [side.k > OPAQUE for side in sides],
+                    there.is_complex,
+                )
+            )
+        return cls(*(np.array(column) for column in zip(*rows, strict=True)))
+
+    def reflectance(self, cos_i: NDArray, which: NDArray, side: NDArray) -> NDArray:
+        """R (K,) of rays by the cosines of their angles of incidence, their wavelengths, and the sides they come from.
+
+        (K,) each; of wavelengths that all have loss, or all have none
+        """
+        Z_i, Z_t = self.Z[which, side], self.Z[which, 1 - side]
+        if self.is_complex[which[0]]:
+            r_s, r_p, _ = amplitudes(cos_i, self.q[which, side], Z_i, Z_t)
+            return np.minimum((r_s.real**2 + r_s.imag**2 + r_p.real**2 + r_p.imag**2) / 2, 1.0)
+        R_s, R_p = reflectances(cos_i, self.n[which, side], self.n[which, 1 - side], Z_i.real, Z_t.real)
+        return (R_s + R_p) / 2
 
 
 class Surfaces(Protocol):
@@ -192,7 +217,7 @@ def trace(
         raise ValueError("bounces and gap must be 0 or more, least in [0, 1) and reach above 0.")
     front = _sent(origins, directions)
     wavelengths, of_ray = np.unique(np.broadcast_to(wavelength_nm, len(front.ray)), return_inverse=True)
-    interfaces = [_at(one, wavelengths) if isinstance(one, Interface) else one for one in surfaces.interfaces]
+    interfaces = [_Sides.of(one, wavelengths) if isinstance(one, Interface) else one for one in surfaces.interfaces]
     lost = np.zeros(len(front.ray))
     levels, total = [], 0
     for depth in range(bounces + 1):
@@ -225,10 +250,6 @@ def trace(
     return Paths(*(np.concatenate(columns) for columns in zip(*levels, strict=True)), lost=lost)
 
 
-def _at(interface: Interface, wavelengths: NDArray) -> list[_Sides]:
-    return [_Sides.of(interface, nm) for nm in wavelengths.tolist()]
-
-
 def _sent(origins: ArrayLike, directions: ArrayLike) -> _Front:
     """The rays as they leave the source; the arguments of trace()."""
     origins, directions = np.broadcast_arrays(
@@ -258,17 +279,21 @@ def _of_ends(hit: Hit) -> tuple[NDArray, NDArray]:
 
 
 class _Crossing(NamedTuple):
-    """Which rows (K,) of a front meet an interface at one wavelength, and whether they do from inside, (K,)."""
+    """Which rows (K,) of a front meet an interface, which of its wavelengths they have, and the sides that they come from.
+
+    side: (K,) 0 inside, 1 outside; the wavelengths all have loss, or all have none
+    """
 
     sides: _Sides
     rows: NDArray
-    from_inside: NDArray
+    wavelength: NDArray
+    side: NDArray
 
 
 def _met(
-    interfaces: Sequence[list[_Sides] | Law | None], of_ray: NDArray, front: _Front, hit: Hit
+    interfaces: Sequence[_Sides | Law | None], of_ray: NDArray, front: _Front, hit: Hit
 ) -> tuple[list[_Crossing], list[tuple[Law, NDArray]]]:
-    """A _Crossing for each interface that is met, at each wavelength; each other law that is, and the rows (K,) that meet it.
+    """A _Crossing or two for each interface that is met; each other law that is, and the rows (K,) that meet it.
 
     of_ray: (N,) which of the wavelengths each ray has
     """
@@ -277,14 +302,17 @@ def _met(
         one = interfaces[which]
         assert one is not None  # by Hit.which
         rows = np.flatnonzero(crossed & (hit.which == which))
-        if not isinstance(one, list):
+        if not isinstance(one, _Sides):
             taken.append((one, rows))
             continue
-        from_inside = np.sum(front.direction[rows] * hit.normal[rows], axis=1) > 0
+        side = np.where(_dot(front.direction[rows], hit.normal[rows]) > 0, 0, 1)
         wavelength = of_ray[front.ray[rows]]
-        for number in np.unique(wavelength):
-            some = wavelength == number
-            crossings.append(_Crossing(one[number], rows[some], from_inside[some]))
+        has_loss = one.is_complex[wavelength]
+        for some in (has_loss, ~has_loss):
+            if some.all():
+                crossings.append(_Crossing(one, rows, wavelength, side))
+            elif some.any():
+                crossings.append(_Crossing(one, rows[some], wavelength[some], side[some]))
     return crossings, taken
 
 
@@ -292,9 +320,8 @@ def _known(front: _Front, crossings: list[_Crossing]) -> _Front:
     """The front with what its segments turn out to run in."""
     # an interface knows the medium a ray comes from; where there is none, the one it was last seen in
     n, alpha = front.n.copy(), front.alpha.copy()
-    for sides, rows, from_inside in crossings:
-        n[rows] = np.where(from_inside, *sides.n)
-        alpha[rows] = np.where(from_inside, *sides.alpha)
+    for sides, rows, wavelength, side in crossings:
+        n[rows], alpha[rows] = sides.n[wavelength, side], sides.alpha[wavelength, side]
     return front._replace(n=n, alpha=alpha)
 
 
@@ -313,9 +340,10 @@ def _cross(
     total: how many segments lie before the first of them
     """
     children = []
-    for sides, rows, _ in crossings:
-        chosen = front.chosen(rows)._replace(energy=arriving[rows])
-        children += _split(sides, chosen, end[rows], normal[rows], rows + total, gap)
+    for crossing in crossings:
+        rows = crossing.rows
+        chosen = front.chosen(rows)._replace(energy=arriving[rows], parent=rows + total)
+        children += _split(crossing, chosen, end[rows], normal[rows], gap)
     return children
 
 
@@ -384,27 +412,32 @@ def _followed(front: _Front, least: float, branches: bool) -> NDArray:
     return followed
 
 
-def _split(sides: _Sides, front: _Front, point: NDArray, normal: NDArray, parent: NDArray, gap: float) -> list[_Front]:
+def _split(crossing: _Crossing, front: _Front, point: NDArray, normal: NDArray, gap: float) -> list[_Front]:
     """The reflected and the transmitted _Front of rays that meet an interface at `point` (N, 3)."""
-    d, interface = front.direction, sides.interface
-    along = np.sum(d * normal, axis=1)
-    from_inside = along > 0
-    cos_i = np.minimum(np.abs(along), 1.0)
-    R = np.where(from_inside, interface.reversed().fresnel(cos_i).R, interface.fresnel(cos_i).R)
-    mirrored = unit(d - 2 * along[:, None] * normal)
-    refracted = interface.refract(d, normal)
-    if any(sides.opaque):
-        refracted = np.where(np.where(from_inside, *sides.opaque[::-1])[:, None], np.nan, refracted)
-    passes = np.isfinite(refracted).all(axis=1)
-    if not interface.is_complex:  # with loss, what is neither reflected nor goes on is absorbed at once
-        R = np.where(passes, R, 1.0)
-    away = np.where(from_inside, -gap, gap)[:, None] * normal  # back to the side the rays came from
-    n, n_ahead = (np.where(from_inside, *pair) for pair in (sides.n, sides.n[::-1]))
-    alpha, alpha_ahead = (np.where(from_inside, *pair) for pair in (sides.alpha, sides.alpha[::-1]))
+    sides, _, wavelength, side = crossing
+    here, ahead = (wavelength, side), (wavelength, 1 - side)
+    against = np.where(side == 0, -1.0, 1.0)[:, None] * normal  # stands against the rays, as in thesis figure 2.1
+    cos_i = np.minimum(np.abs(_dot(front.direction, normal)), 1.0)
+    R = sides.reflectance(cos_i, wavelength, side)
+    mirrored = _unit(front.direction + 2 * cos_i[:, None] * against)
+    n_i, n_t = (np.where(n == 0, np.nan, n)[:, None] for n in (sides.n[here], sides.n[ahead]))
+    gone = _unit(refracted(front.direction, against, cos_i[:, None], n_i, n_t))
+    gone[sides.opaque[ahead]] = np.nan
+    if not sides.is_complex[wavelength[0]]:  # with loss, what is neither reflected nor goes on is absorbed at once
+        R = np.where(np.isnan(gone[:, 0]), 1.0, R)
+    away, parent = gap * against, front.parent  # back to the side the rays came from
     kinds = np.full_like(parent, Kind.REFLECTED), np.full_like(parent, Kind.TRANSMITTED)
+    own, other = ((front.energy * share) for share in (R, 1 - R))
     return [
-        _Front(point, point + away, mirrored, front.energy * R, n, alpha, kinds[0], front.ray, parent),
-        _Front(
-            point, point - away, refracted, front.energy * (1 - R), n_ahead, alpha_ahead, kinds[1], front.ray, parent
-        ),
+        _Front(point, point + away, mirrored, own, sides.n[here], sides.alpha[here], kinds[0], front.ray, parent),
+        _Front(point, point - away, gone, other, sides.n[ahead], sides.alpha[ahead], kinds[1], front.ray, parent),
     ]
+
+
+def _dot(a: NDArray, b: NDArray) -> NDArray:
+    return np.einsum("ij,ij->i", a, b)
+
+
+def _unit(vectors: NDArray) -> NDArray:
+    """Vectors (N, 3) that are nearly of length 1 made so."""
+    return vectors / np.sqrt(_dot(vectors, vectors))[:, None]

@@ -100,13 +100,33 @@ def _of_energy(energy):
     return np.stack([np.interp(place, steps, channel) for channel in np.transpose(RAMP)], axis=-1)
 
 
-def by_width(drawn: Lines) -> dict[float, tuple[NDArray, NDArray]]:
-    """{pixels: (ends (2 S, 3), colors (2 S, 4))}, the thinnest first: what is drawn at once is of one width."""
-    found = {}
-    for width in np.unique(drawn.widths):
-        chosen = drawn.widths == width
-        found[float(width)] = drawn.ends[chosen].reshape(-1, 3), drawn.colors[chosen].reshape(-1, 4)
-    return found
+class Quads(NamedTuple):
+    """Lines as what a GPU draws them of, a quad each, all of them at once.
+
+    content:   {attribute of a vertex (4 S,): float32}: the two ends of its line, its colour, linear, with opacity, and `place`:
+               at which end it is, 0 or 1, and the line's width, pixels, negative on the other side of the line
+    triangles: (2 S, 3) int32 indices of vertices
+    """
+
+    content: dict[str, NDArray]
+    triangles: NDArray
+
+
+def quads(drawn: Lines) -> Quads:
+    """The quads of lines, in their order."""
+    count = len(drawn.ends)
+    first, second = (np.repeat(drawn.ends[:, end], 4, axis=0) for end in (0, 1))
+    place = np.empty((count, 4, 2), "f")
+    place[:, :, 0] = 0, 0, 1, 1
+    place[:, :, 1] = drawn.widths[:, None] * np.array((1, -1, 1, -1), "f")
+    content = {
+        "first": first,
+        "second": second,
+        "color": np.repeat(drawn.colors, 2, axis=1).reshape(-1, 4),
+        "place": place.reshape(-1, 2),
+    }
+    corners = 4 * np.arange(count, dtype=np.int32)[:, None] + np.array((0, 1, 2, 2, 1, 3), np.int32)
+    return Quads(content, corners.reshape(-1, 3))
 
 
 class Lie(NamedTuple):

@@ -51,8 +51,14 @@ class Look:
             self.seconds = (time.perf_counter() - begun) / settings.rays
         self.at = time.perf_counter()
 
+    def said(self) -> tuple:
+        """What panels say of it."""
+        return self.sentence, self.coarse, bool(self.traced), any(one.wavelengths_nm for one in self.traced)
+
     def _trace(self, scene, settings):
         layer = _layer(scene)
+        if layer.depsgraph is None:
+            layer.update()
         depsgraph = layer.depsgraph
         source, kept = depsgraph.as_pointer(), known_meshes.get(scene.session_uid)
         if kept is None or kept[0] != source:
@@ -79,12 +85,9 @@ def settings_of(scene: bpy.types.Scene) -> SimpleNamespace:
 
 
 def _layer(scene):
-    """The view layer of a window that shows the scene; else its first, evaluated."""
-    layer = next((one.view_layer for one in bpy.context.window_manager.windows if one.scene == scene), None)
-    if layer is None or layer.depsgraph is None:
-        layer = layer or scene.view_layers[0]
-        layer.update()
-    return layer
+    """The view layer of a window that shows the scene; else its first."""
+    windows = bpy.context.window_manager.windows
+    return next((one.view_layer for one in windows if one.scene == scene), scene.view_layers[0])
 
 
 def _disperses(interfaces):
@@ -101,11 +104,12 @@ def marks(scene: bpy.types.Scene) -> tuple:
     return *values, handle and handle.session_uid, *map(tuple, scene.cursor.matrix)
 
 
-def look(scene: bpy.types.Scene, finish: bool = False) -> Look | None:
+def look(scene: bpy.types.Scene, finish: bool = False, drawing: bool = False) -> Look | None:
     """Look at a scene while live paths are on.
 
     While changes follow each other faster than that takes, with fewer rays; with all of them afterwards.
-    finish: with all of them, whatever it takes
+    finish:  with all of them, whatever it takes
+    drawing: for a view that is being drawn, so that it need not be drawn again
     """
     if not on:  # it was asked for before that
         return None
@@ -115,7 +119,10 @@ def look(scene: bpy.types.Scene, finish: bool = False) -> Look | None:
     new = Look(scene, most)
     if new.coarse:
         deferred.do(LOOKS.renew, scene.session_uid, True, after=STILL)
-    redraw()
+    if not drawing:
+        redraw()
+    elif last is None or new.said() != last.said():
+        redraw(bpy.context.region)
     return new
 
 
@@ -123,11 +130,19 @@ LOOKS = Looks(look, lambda: True)
 
 
 def known(scene: bpy.types.Scene) -> Look | None:
-    """The last Look at a scene, or None; another is asked for where something has changed. Quick: it can be drawn by."""
+    """The Look at a scene for a view that is being drawn, or None; taken now where something has changed since the last.
+
+    A redraw takes longer than a look: one that was taken afterwards would be a redraw late. Nothing of Blender's is changed
+    here, nor is a view, other than a panel, read-only while it is drawn.
+    """
     last = LOOKS.last(scene)
     if last and last.marks != marks(scene):
         LOOKS.outdate(scene)
-    return LOOKS.known(scene)
+    if not LOOKS.is_fresh(scene):
+        if _layer(scene).depsgraph is None:  # evaluated only where nothing is being drawn
+            return LOOKS.known(scene)
+        LOOKS.renew(scene.session_uid, False, True)
+    return LOOKS.last(scene)
 
 
 def sentence(scene: bpy.types.Scene) -> str | None:
@@ -156,24 +171,29 @@ def nothing_disperses(scene: bpy.types.Scene) -> bool:
     return not any(one.wavelengths_nm for one in last.traced)
 
 
-def redraw() -> None:
-    """Let all 3D views be drawn again."""
+def redraw(but: bpy.types.Region | None = None) -> None:
+    """Let all 3D views, and the panels beside them, be drawn again; `but` one, which is being drawn."""
     for window in bpy.context.window_manager.windows:
         for area in window.screen.areas:
             if area.type == "VIEW_3D":
                 for region in area.regions:
-                    if region.type in ("WINDOW", "UI"):
+                    if region.type in ("WINDOW", "UI") and region != but:
                         region.tag_redraw()
 
 
 @persistent
 def note_change(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = None) -> None:
-    """Called by Blender after a change: the paths may no longer be so."""
+    """Called by Blender after a change: the paths may no longer be so, which the views find as they are drawn."""
     LOOKS.outdate()
     for update in depsgraph.updates if depsgraph else ():
         for _, kept in known_meshes.values():
             kept.changed(update)
-    for shown in {window.scene for window in bpy.context.window_manager.windows}:
+    windows = bpy.context.window_manager.windows
+    views = [area for window in windows for area in window.screen.areas if area.type == "VIEW_3D"]
+    if any(view.spaces.active.overlay.show_overlays for view in views):
+        redraw()
+        return
+    for shown in {window.scene for window in windows}:  # panels tell of what no view draws
         deferred.do(LOOKS.renew, shown.session_uid)
 
 

@@ -6,6 +6,7 @@ The mouse is followed by a gizmo that never says that it was hit, so that no eve
 
 from __future__ import annotations
 
+import functools
 import math
 
 import blf
@@ -14,7 +15,6 @@ import gpu
 from bpy.app.translations import pgettext_iface
 from gpu_extras.batch import batch_for_shader
 
-from ..physics import colour
 from . import boxes, light_view, live_lines, live_look, viewport
 
 REACH = 8  # pixels, of the mouse
@@ -58,39 +58,89 @@ def _draw_lines():
     if not context.space_data.overlay.show_overlays:
         return
     look = live_look.known(context.scene)
-    if look is None:
+    if look is None or not len(look.lines.ends):
         return
-    shader = gpu.shader.from_builtin("POLYLINE_SMOOTH_COLOR")
+    shader = _shader()
     if look.drawn is None:
-        look.drawn = _batches(shader, look.lines)
-    _, _, width, height = gpu.state.viewport_get()
+        content, triangles = live_lines.quads(look.lines)
+        look.drawn = batch_for_shader(shader, "TRIS", content, indices=triangles)
     shader.bind()
-    shader.uniform_float("viewportSize", (width, height))
+    shader.uniform_float("size", gpu.state.viewport_get()[2:])
+    shader.uniform_float("scale", context.preferences.system.pixel_size)
     # wavelengths that go the same way make white
     gpu.state.blend_set("ADDITIVE" if any(one.wavelengths_nm for one in look.traced) else "ALPHA")
     gpu.state.depth_mask_set(False)
-    for test, drawn in look.drawn:
+    for test, opacity in (("GREATER", BEHIND), ("LESS_EQUAL", 1.0)):
         gpu.state.depth_test_set(test)
-        for pixels, batch in drawn:
-            shader.uniform_float("lineWidth", pixels * context.preferences.system.pixel_size)
-            batch.draw(shader)
+        shader.uniform_float("opacity", opacity)
+        look.drawn.draw(shader)
     gpu.state.depth_test_set("NONE")
     gpu.state.depth_mask_set(True)
     gpu.state.blend_set("NONE")
 
 
-def _batches(shader, drawn):
-    """Of how the depth is tested the widths and batches: what lies behind something is fainter."""
-    found = []
-    for test, opacity in (("GREATER", BEHIND), ("LESS_EQUAL", 1.0)):
-        batches = []
-        for pixels, (ends, colors) in live_lines.by_width(drawn).items():
-            shown = colors * (1, 1, 1, opacity)
-            shown[:, :3] = colour.encoded(shown[:, :3])
-            content = {"pos": ends, "color": shown.astype("f")}
-            batches.append((pixels, batch_for_shader(shader, "LINES", content)))
-        found.append((test, batches))
-    return found
+# Of Blender's own shader for lines, POLYLINE_SMOOTH_COLOR, a batch has one width, and up to 4.4 a stage makes the quads that is
+# slow where a processor stands for a GPU. srgbTarget is Blender's: whether what is written is encoded afterwards.
+VERTEX = """
+vec4 ahead(vec4 from, vec4 to)
+{
+  /* where a line comes from behind the eye */
+  float away = to.z - from.z + to.w - from.w;
+  return (from.z < -from.w && away != 0.0) ? mix(from, to, (-from.z - from.w) / away) : from;
+}
+
+vec3 encoded(vec3 color)
+{
+  vec3 low = color * 12.92;
+  vec3 high = 1.055 * pow(max(color, vec3(0.0)), vec3(1.0 / 2.4)) - 0.055;
+  return mix(high, low, lessThan(color, vec3(0.0031308)));
+}
+
+void main()
+{
+  vec4 a = ModelViewProjectionMatrix * vec4(first, 1.0);
+  vec4 b = ModelViewProjectionMatrix * vec4(second, 1.0);
+  vec4 start = ahead(a, b);
+  vec4 end = ahead(b, a);
+  vec2 along = (end.xy / end.w - start.xy / start.w) * size;
+  along = (along == vec2(0.0)) ? vec2(1.0, 0.0) : normalize(along);
+  reach = (abs(place.y) * scale + 1.0) * 0.5;
+  across = sign(place.y) * reach;
+  gl_Position = (place.x < 0.5) ? start : end;
+  gl_Position.xy += 2.0 * across * vec2(-along.y, along.x) / size * gl_Position.w;
+  shade = vec4(srgbTarget ? color.rgb : encoded(color.rgb), color.a * opacity);
+}
+"""
+FRAGMENT = """
+void main()
+{
+  written = vec4(shade.rgb, shade.a * clamp(reach - abs(across), 0.0, 1.0));
+}
+"""
+
+
+@functools.cache
+def _shader():
+    """Draws live_lines.Quads."""
+    between = gpu.types.GPUStageInterfaceInfo("nim_light_path")
+    between.smooth("VEC4", "shade")
+    between.no_perspective("FLOAT", "across")
+    between.flat("FLOAT", "reach")
+    told = gpu.types.GPUShaderCreateInfo()
+    told.push_constant("MAT4", "ModelViewProjectionMatrix")
+    told.push_constant("VEC2", "size")
+    told.push_constant("FLOAT", "scale")
+    told.push_constant("FLOAT", "opacity")
+    told.push_constant("BOOL", "srgbTarget")
+    for number, (name, kind) in enumerate(
+        (("first", "VEC3"), ("second", "VEC3"), ("color", "VEC4"), ("place", "VEC2"))
+    ):
+        told.vertex_in(number, kind, name)
+    told.vertex_out(between)
+    told.fragment_out(0, "VEC4", "written")
+    told.vertex_source(VERTEX)
+    told.fragment_source(FRAGMENT)
+    return gpu.shader.create_from_info(told)
 
 
 # ---------------------------------------------------------------- words

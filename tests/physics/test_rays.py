@@ -9,6 +9,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from nim_addon.physics import Interface, Medium
+from nim_addon.physics.interface import unit
 from nim_addon.physics.rays import Convex, Cylinder, Fate, Kind, Plane, Shapes, Sphere, trace
 
 UP = (0, 0, 1)
@@ -291,3 +292,34 @@ def test_rays_of_many_wavelengths_go_as_those_of_one_at_a_time():
                 np.testing.assert_allclose(
                     getattr(together, name)[chosen][sort], getattr(alone, name)[same][order], atol=1e-12
                 )
+
+
+@pytest.mark.parametrize("medium", ["n-sf11", "silver", "n=-1.5,mu=-1", "n=1.5,k=0.1"])
+def test_every_bend_is_what_the_interface_says_by_itself(medium):
+    """Of rays that come from both sides, at several wavelengths, which trace() takes all at once."""
+    interface, wavelengths = Interface(Medium.parse(medium)), np.repeat((440.0, 540.0, 650.0), 40)
+    rng = np.random.default_rng(5)
+    towards = unit(rng.normal(size=(120, 3)))
+    starts = np.array((0.0, 0, 0.5)) - 1.5 * towards * (1 + rng.random((120, 1)))
+    surfaces = Shapes(Sphere((0, 0, 0), 1, interface))
+    paths = trace(surfaces, starts, towards, bounces=4, wavelength_nm=wavelengths, least=0)
+    reflected, passed = (
+        np.flatnonzero((paths.kind == kind) & (paths.energy > 0)) for kind in (Kind.REFLECTED, Kind.TRANSMITTED)
+    )
+    assert len(reflected) > 60
+    for child in (*reflected, *passed):
+        parent = paths.parent[child]
+        seen = interface.at(wavelengths[paths.ray[child]])
+        d, normal = paths.direction[parent], paths.normal[parent]
+        from_inside = d @ normal > 0
+        R = float((seen.reversed() if from_inside else seen).fresnel(min(abs(d @ normal), 1.0)).R)
+        ahead = seen.refract(d, normal)
+        is_mirrored = paths.kind[child] == Kind.REFLECTED
+        if not np.isfinite(ahead).all() and not seen.is_complex:
+            R = 1.0
+        share = R if is_mirrored else 1 - R
+        assert paths.energy[child] == pytest.approx(share * paths.arriving[parent], rel=1e-6, abs=1e-12)
+        wanted = d - 2 * (d @ normal) * normal if is_mirrored else ahead
+        np.testing.assert_allclose(paths.direction[child], wanted, atol=1e-7)
+        side = seen.inside if from_inside == is_mirrored else seen.outside
+        assert paths.n[child] == pytest.approx(side.n)

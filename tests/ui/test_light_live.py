@@ -286,6 +286,26 @@ def test_a_number_of_the_node_or_a_setting_makes_the_last_look_old(scene):
     assert len(live_look.known(scene).lines.ends) < count
 
 
+def test_a_view_that_is_drawn_takes_the_look_itself_and_is_not_drawn_again(scene, monkeypatch):
+    ball = a_ball()
+    scene.cursor.location, scene.nim_rays.aim = (-3, 0, 0), "DIRECTION"
+    bpy.context.view_layer.update()
+    asked = []
+    monkeypatch.setattr(live_look, "redraw", lambda *but: asked.append(but))
+    first = live_look.known(scene)
+    assert live_look.known(scene) is first, "nothing has changed"
+    asked.clear()
+    ball.location.x = 0.25
+    bpy.context.view_layer.update()
+    asked.clear()
+    moved = live_look.known(scene)
+    np.testing.assert_allclose(moved.traced[0].paths.end[4], first.traced[0].paths.end[4] + (0.25, 0, 0), atol=1e-6)
+    assert not asked and live_look.LOOKS.is_fresh(scene)
+    # panels, which say something else now
+    scene.nim_rays.direction = (-1, 0, 0)
+    assert "No ray met" in live_look.known(scene).sentence and asked == [(bpy.context.region,)]
+
+
 def test_while_changes_follow_each_other_there_are_fewer_rays_and_it_says_so(scene, monkeypatch):
     a_ball()
     bpy.context.view_layer.update()

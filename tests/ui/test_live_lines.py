@@ -51,15 +51,24 @@ def test_in_what_absorbs_a_line_fades():
     assert (made.colors[:, 1, 3] < 0.9 * made.colors[:, 0, 3]).any()
 
 
-def test_what_is_drawn_at_once_is_all_of_it_and_of_one_width(plane):
+def test_each_line_is_drawn_as_a_quad_of_its_width_and_colours(plane):
     made = live_lines.lines([plane], "PART")
-    widths = live_lines.by_width(made)
-    assert sorted(widths) == sorted(set(made.widths.tolist()))
-    assert sum(len(ends) for ends, _ in widths.values()) == 2 * len(made.ends)
-    assert all(
-        ends.dtype == colors.dtype == np.float32 and len(ends) == len(colors) for ends, colors in widths.values()
-    )
-    assert not live_lines.by_width(live_lines.lines([], "PART"))
+    content, triangles = live_lines.quads(made)
+    assert all(values.dtype == np.float32 and len(values) == 4 * len(made.ends) for values in content.values())
+    assert triangles.dtype == np.int32 and triangles.shape == (2 * len(made.ends), 3)
+    ends = np.stack([content["first"], content["second"]], 1)
+    at_end, width = content["place"].T
+    for line, corners in enumerate(triangles.reshape(-1, 6)):
+        assert (ends[corners] == made.ends[line]).all()
+        assert (content["color"][corners] == made.colors[line, at_end[corners].astype(int)]).all()
+        # two triangles on either side of the diagonal between what is left at one end and right at the other
+        assert sorted(zip(at_end[np.unique(corners)], width[np.unique(corners)], strict=True)) == [
+            (end, side * made.widths[line]) for end in (0, 1) for side in (-1, 1)
+        ]
+        shared = set(corners[:3]) & set(corners[3:])
+        assert len(shared) == 2 and len({(at_end[one], width[one] > 0) for one in shared}) == 2
+        assert sum(at_end[one] for one in shared) == 1 and sum(width[one] for one in shared) == 0
+    assert not len(live_lines.quads(live_lines.lines([], "PART")).triangles)
 
 
 # ---------------------------------------------------------------- at the mouse

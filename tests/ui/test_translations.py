@@ -77,6 +77,7 @@ NOT_SHOWN = {
     "Air, vacuum": "part of a medium's label, which is translated as a whole",
     "Water": "part of a medium's label",
     "Diamond": "part of a medium's label",
+    "ModelViewProjectionMatrix": "name of a matrix in a shader, given by Blender",
 }
 # Words that stay as they are; a text of nothing else, numbers apart, needs no translation.
 SAME = {"n", "k", "mu", "μ", "θ", "R", "T", "Rₛ", "Rₚ", "NIM", "OSL", "Blender", "Auto"}

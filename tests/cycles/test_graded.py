@@ -175,6 +175,22 @@ def test_it_is_read_again_from_a_file(backend, empty_file, tmp_path):
         np.testing.assert_array_equal(pixels[:, :3], graded.table(profile, len(pixels)))
 
 
+def test_each_function_has_a_table_of_its_own_and_a_linked_group_is_not_ours(empty_file, tmp_path):
+    tables = []
+    for device in ("luneburg", "fisheye"):
+        index = Profile(device).index
+        (node,) = profile_nodes(graded_ball_material("Ball", Profile(lambda r, index=index: index(r)), backend="nodes"))
+        tables.append(next(inner.image for inner in node.node_tree.nodes if inner.type == "TEX_IMAGE"))
+    assert tables[0] != tables[1] and not np.array_equal(tables[0].pixels, tables[1].pixels)
+    (node,) = profile_nodes(graded_ball_material("Eaton", Profile("eaton"), backend="nodes"))
+    bpy.data.libraries.write(str(tmp_path / "balls.blend"), {bpy.data.materials["Eaton"]})
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    with bpy.data.libraries.load(str(tmp_path / "balls.blend"), link=True) as (_, wanted):
+        wanted.materials = ["Eaton"]
+    (node,) = profile_nodes(graded_ball_material("Own", Profile("eaton"), backend="nodes"))
+    assert node.node_tree.library is None
+
+
 def test_materials_of_one_profile_share_a_node_and_each_backend_its_table(empty_file):
     one, other = (graded_ball_material("Ball", Profile("luneburg"), backend="osl") for _ in range(2))
     (node,), (second,) = profile_nodes(one), profile_nodes(other)

@@ -65,6 +65,8 @@ def test_parts_cover_the_samples():
     parts = plan.split(Task(request()), 3)
     assert [task.part for task in parts] == [(0, 2), (2, 3), (5, 3)]
     assert len({task.image for task in parts}) == 1 and len({task.key for task in parts}) == 3
+    spectral = plan.split(Task(dataclasses.replace(request(), spectral=True, spectral_passes=4)), 2)
+    assert {task.request.spectral_passes for task in spectral} == {1}  # each has all wavelengths
     for wrong in (0, 9):
         with pytest.raises(ValueError, match="from 1 to 8"):
             plan.split(Task(request()), wrong)

@@ -188,6 +188,10 @@ def test_the_camera_and_the_lamp_and_the_cursor_keep_their_own(scene, press):
     assert len(drawn(Kind.INCIDENT)[0]) == 6
     assert [c.name for c in scene.collection.children if c.get(PATHS_MARK)] == [light_curves.COLLECTION]
     assert len([m for m in bpy.data.materials if m.get(PATHS_MARK)]) == 3
+    incident = [item for item in scene.objects if item.get(PATHS_MARK) and item.data.name.startswith("Incident")]
+    begins = {item[PATHS_MARK]: {spline.points[0].radius for spline in item.data.splines} for item in incident}
+    # of a tube that is pointed at the lens one would see the inside
+    assert begins == {"camera": {0.0}, "cursor": {1.0}, "lamp Light": {1.0}}
     # what is drawn stops no rays
     before = drawn(Kind.TRANSMITTED)[0]
     press("nim.light_paths", source="CAMERA", rays=2)

@@ -2,6 +2,7 @@
 """A person's own scene, rendered in the background as it is: what is in the picture, where it goes, and what stays as it was."""
 
 import time
+from pathlib import Path
 from types import SimpleNamespace
 
 import bpy
@@ -69,6 +70,22 @@ def test_the_scene_is_rendered_with_what_is_not_saved(scene, press, tmp_path):
     assert np.ptp(first) < 1e-3 < np.ptp(second)
     assert read_metadata(job.files[0])["blend"]["file"] == str(folder / "shot_2.blend")
     assert render_scene.free_name(folder, "shot") == "shot_3"
+
+
+def test_a_copy_finds_what_lies_beside_the_file_and_takes_the_place_of_none(scene, tmp_path):
+    image = bpy.data.images.new("Grain", 4, 4)
+    image.filepath_raw, image.file_format = "//grain.png", "PNG"
+    image.save()
+    image.source, image.use_fake_user = "FILE", True
+    folder = tmp_path / "else" / "where"
+    render_scene.save_copy(folder / "shot.blend")
+    assert render_scene.free_name(folder, "shot") == "shot_2"
+    with bpy.data.libraries.load(str(folder / "shot.blend"), link=True) as (_, wanted):
+        wanted.images = ["Grain"]
+    (linked,) = wanted.images
+    found = Path(bpy.path.abspath(linked.filepath, library=linked.library))
+    assert found.resolve() == (tmp_path / "grain.png").resolve()
+    assert image.filepath == "//grain.png"
 
 
 def test_frames_are_from_0_on_as_in_blender(scene):

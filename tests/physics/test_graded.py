@@ -101,6 +101,15 @@ def test_what_is_integrated_is_what_closed_forms_say():
     )
 
 
+def test_a_thin_shell_is_integrated_as_well_in_one_piece_as_in_many():
+    def index(r):
+        return 1 + 1.5 * (1 - r * r) ** 2 + (1 - r * r) * np.exp(-np.square((r - 0.5) / 0.05))
+
+    p = np.sin(np.radians(np.linspace(0.5, 85, 40)))
+    pieces = Profile(index, breaks=tuple(np.arange(1, 20) / 20))
+    np.testing.assert_allclose(graded.sweep(Profile(index), p), graded.sweep(pieces, p), rtol=0, atol=1e-9)
+
+
 @pytest.mark.parametrize("name", SMOOTH)
 @pytest.mark.parametrize("p", [0.2, 0.7])
 def test_hamiltons_equations_lead_the_same_way(name, p):

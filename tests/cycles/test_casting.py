@@ -129,7 +129,7 @@ def test_slots_of_one_mesh_and_the_bounds_of_those_that_bend(scene, nim):
     thing = add(scene, vertices, faces, surfaces.plain("Plain", (0.5, 0.5, 0.5)))
     thing.data.materials.append(nim)
     top = next(one for one in thing.data.polygons if one.normal.z > 0.9)
-    top.material_index = 7  # beyond the slots: the last one counts
+    top.material_index = 8  # beyond the slots: the last one counts
     thing.location.x = 10
     found, meshes = hit(scene, [(10, 0, 9), (19, 0, 0)], [(0, 0, -1), (-1, 0, 0)])
     assert found.which.tolist() == [0, -1]

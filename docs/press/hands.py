@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a person does at the window, as steps of the story do it: press, drag, type, look."""
 
+import os
+import struct
 import sys
 
 import bpy
@@ -10,11 +12,23 @@ from bpy_extras.view3d_utils import location_3d_to_region_2d
 MODULE = "bl_ext.user_default.nim_addon"
 KEYS = {" ": "SPACE"}
 noted = {}  # from one step to a later one
+at_it = []  # what is not done yet of what was begun with soon() or drag()
 
 
 def ours(name):
-    """A module of the add-on."""
-    return sys.modules[f"{MODULE}.{name}"]
+    """A module of the add-on; None before it is installed."""
+    return sys.modules.get(f"{MODULE}.{name}")
+
+
+def overheard(module, name):
+    """Note from now on, by its name, what a function of a module gives."""
+    function = getattr(module, name)
+
+    def noting(*given):
+        noted[name] = function(*given)
+        return noted[name]
+
+    setattr(module, name, noting)
 
 
 def press(operator, space="VIEW_3D", region="WINDOW", **properties):
@@ -37,8 +51,37 @@ def soon(function):
             function()
         except (AttributeError, TypeError):
             return 0.2
+        at_it.remove(function)
 
+    at_it.append(function)
     bpy.app.timers.register(attempt, first_interval=0.3)
+
+
+def drag(start, end):
+    """Drag with the left button, as Blender is told of it bit by bit: after each the screen is drawn."""
+
+    def parts():
+        event("MOUSEMOVE", "NOTHING", at=start)
+        yield
+        event("LEFTMOUSE", at=start)
+        for part in range(1, 13):
+            event(
+                "MOUSEMOVE", "NOTHING", at=tuple(int(a + (b - a) * part / 12) for a, b in zip(start, end, strict=True))
+            )
+            yield
+        event("MOUSEMOVE", "NOTHING", at=end)
+        yield
+        event("LEFTMOUSE", "RELEASE", at=end)
+
+    going = parts()
+
+    def on():
+        for _ in going:
+            return 0.2
+        at_it.remove(going)
+
+    at_it.append(going)
+    bpy.app.timers.register(on)
 
 
 def sidebar(space, tab):
@@ -140,6 +183,17 @@ def where(place):
     region = next(one for one in area.regions if one.type == "WINDOW")
     at = location_3d_to_region_2d(region, area.spaces.active.region_3d, place)
     return int(at.x + region.x), int(at.y + region.y)
+
+
+def pixels(place, across, down):
+    """The pixels of the screen about a place of it, as bytes, and how many colours they have."""
+    with open(os.environ["LAB_FB"], "rb") as file:
+        content = file.read()
+    head = struct.unpack(">25I", content[:100])  # of an X window dump
+    height, line, first = head[5], head[12], head[0] + 12 * head[19]
+    rows = [first + (height - 1 - y) * line for y in range(place[1] - down // 2, place[1] + down // 2)]
+    rows = [content[row + 4 * (place[0] - across // 2) : row + 4 * (place[0] + across // 2)] for row in rows]
+    return b"".join(rows), len({row[at : at + 4] for row in rows for at in range(0, len(row), 4)})
 
 
 def unfolded(name):

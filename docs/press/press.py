@@ -5,7 +5,8 @@
 
 LAB-SCRIPT LAB-FOLDER is a Blender lab: `LAB-SCRIPT -d LAB-FOLDER shot SCRIPT.py PICTURE.png` runs SCRIPT.py in a Blender
 with a window. OUT is the folder for the pictures of all steps, and for contact sheets of them. --pages cuts those of the pages
-out of them into docs/images. Some minutes, since Cycles renders on the CPU.
+out of them into docs/images. Some minutes, since Cycles renders on the CPU; longer beside others, as it waits for what is to be
+seen, not for a time.
 
 It fails where Blender says that something went wrong, a label is cut off, or nothing is to be seen of what is drawn over a view.
 PRESS_ZIP=FILE presses an extension that was built before, PRESS_ONLY="STEP STEP" some of the steps.
@@ -76,7 +77,7 @@ def press(script, lab, out, haste):
     for old in (*out.glob("[0-9]*-*.png"), *out.glob("failed.*")):
         old.unlink()
     told = {"PRESS_ZIP": str(zip_of_it), "PRESS_OUT": str(out), "PRESS_HERE": str(HERE), "PRESS_HASTE": str(haste)}
-    told |= {"LAB_BIND": f"{out}:{Path(zip_of_it).parent}", "LAB_TIMEOUT": "1500", "LAB_SIZE": "{}x{}".format(*SIZE)}
+    told |= {"LAB_BIND": f"{out}:{Path(zip_of_it).parent}", "LAB_TIMEOUT": "7200", "LAB_SIZE": "{}x{}".format(*SIZE)}
     words = [script, "-d", lab, "shot", HERE / "steps.py", out / "end.png"]
     # keys and drags are events that Blender is told of
     words = [*words, "--enable-event-simulate"]

@@ -15,6 +15,7 @@ from hands import (
     needs,
     noted,
     ours,
+    overheard,
     press,
     pushed,
     scroll,
@@ -27,7 +28,7 @@ from hands import (
     unfolded,
     where,
 )
-from telling import OUT, rendered, step
+from telling import HASTE, OUT, rendered, step
 
 ZIP = os.environ["PRESS_ZIP"]
 
@@ -60,6 +61,9 @@ def check():
 @step(wait=2, shot=False)
 def empty():
     os.environ["HOME"] = OUT  # the pictures show ~/renders
+    bpy.context.preferences.view.smooth_view = 0  # views turn at once, however busy the machine
+    if HASTE < 1:  # no picture is of a page
+        bpy.context.preferences.system.viewport_aa = "OFF"  # which draws each view eight times
     bpy.context.preferences.addons[MODULE].preferences.folder = OUT + "/renders"
     show("VIEW_3D")
     bpy.ops.wm.read_homefile(app_template="", use_empty=True)
@@ -224,12 +228,17 @@ def rays_off():
     lab.area("VIEW_3D").spaces.active.region_3d.view_distance *= 2.2
 
 
-@step(wait=4)
+def looked():
+    """Whether live light paths are those of the scene as it is: on a busy machine what is deferred comes late."""
+    return ours("ui.live_look").LOOKS.is_fresh(lab.window().scene)
+
+
+@step(wait=looked)
 def rays_live():
     press("nim.light_paths_live")
 
 
-@step(wait=4)
+@step(wait=looked)
 def rays_live_changed():
     noted["lines"] = len(ours("ui.live_look").known(lab.window().scene).lines.ends)
     needs(noted["lines"], "live light paths have no lines")
@@ -237,14 +246,9 @@ def rays_live_changed():
     pushed("Frame")
 
 
-@step(wait=3, undo=1)
+@step(wait=looked, undo=1)
 def handle():
     press("nim.light_handle")
-
-
-def looked():
-    """Whether live light paths are those of the scene as it is: on a busy machine what is deferred comes late."""
-    return ours("ui.live_look").LOOKS.is_fresh(lab.window().scene)
 
 
 @step(wait=looked)
@@ -260,8 +264,13 @@ def over_ray():
     return next((x, y) for x, y in places if 300 < x < 900 and 300 < y < 800)
 
 
-@step(wait=2)
+def is_read():
+    return noted.get("words")
+
+
+@step(wait=is_read)
 def reading():
+    overheard(ours("ui.live_views"), "words")
     at = over_ray()
     event("MOUSEMOVE", "NOTHING", at=(at[0] + 3, at[1]))
     event("MOUSEMOVE", "NOTHING", at=at)
@@ -289,7 +298,7 @@ def rays_off_again():
 # ------------------------------------------------------------------------------------------------ EEVEE, the render
 
 
-@step(wait=lambda: not bpy.app.is_job_running("SHADER_COMPILATION"))
+@step(wait=2)
 def eevee():
     lab.area("VIEW_3D").spaces.active.shading.type = "MATERIAL"
     engine = ours("ui.viewport").wrong_engine(lab.area("VIEW_3D").spaces.active, lab.window().scene)

@@ -8,12 +8,15 @@ from pathlib import Path
 import bpy
 import lab
 from hands import (
+    drag,
     event,
     key,
     material_tab,
     middle_of,
     needs,
+    noted,
     ours,
+    pixels,
     press,
     pushed,
     scroll,
@@ -46,7 +49,7 @@ def tab_of_the_new_file():
     sidebar("VIEW_3D", "NIM")
 
 
-@step(wait=8, undo=1)
+@step(wait=2, undo=1)
 def cube():
     press("nim.convert")
 
@@ -61,7 +64,7 @@ def back_up():
     scroll(14, down=False)
 
 
-@step(wait=4, undo=1)
+@step(wait=2, undo=1)
 def cube_mended():
     press("nim.mend")
 
@@ -203,26 +206,20 @@ def tile():
     return region.x + 60, region.y + region.height - 70
 
 
-def drag(start, end):
-    """Drag with the left button, as Blender is told of it bit by bit."""
-    event("MOUSEMOVE", "NOTHING", at=start)
+def top_of_tile():
+    """Its pixels, as far as they are to be seen before the browser is made taller, and how many colours they have."""
+    x, y = tile()
+    return pixels((x, y + 45), 80, 24)
 
-    def away():
-        event("LEFTMOUSE", at=start)
-        for part in range(1, 13):
-            at = tuple(int(a + (b - a) * part / 12) for a, b in zip(start, end, strict=True))
-            event("MOUSEMOVE", "NOTHING", at=at)
 
-    def drop():
-        event("MOUSEMOVE", "NOTHING", at=end)
-        event("LEFTMOUSE", "RELEASE", at=end)
-
-    bpy.app.timers.register(away, first_interval=1.0)
-    bpy.app.timers.register(drop, first_interval=4.0)
+def filled():
+    """Whether the first asset's picture is there, and another one than before."""
+    shown, colors = top_of_tile()
+    return colors > 50 and shown != noted.get("tile")
 
 
 def library(catalog):
-    """Open our library in the browser."""
+    """Open a catalogue of our library in the browser."""
 
     def choose():
         browser().spaces.active.params.asset_library_reference = "Negative-Index Materials"
@@ -231,7 +228,7 @@ def library(catalog):
     soon(choose)
 
 
-@step(wait=8)
+@step(wait=filled)
 def assets():
     press("nim.register_assets")
     areas = lab.window().screen.areas
@@ -241,14 +238,15 @@ def assets():
     library(MATERIALS)
 
 
-@step(wait=3, shot=False)
+@step(wait=lambda: browser().height > noted["height"] + 200, shot=False)
 def taller():
     area = browser()
+    noted["height"] = area.height
     start = area.x + area.width // 2, area.y + area.height + 1
     drag(start, (start[0], start[1] + 260))
 
 
-@step(wait=6, shot=False)
+@step(wait=2, shot=False)
 def other_cube():
     press("object.select_all", action="DESELECT")
     press("view3d.view_axis", type="FRONT")
@@ -271,12 +269,14 @@ def material_is_ours_to_change():
     needs(material.is_editable, f"{material.name} cannot be changed: it is linked")
 
 
-@step(wait=4, shot=False)
+@step(wait=filled, shot=False)
 def scenes_of_the_library():
+    noted["tile"] = top_of_tile()[0]
     library(SCENES)
 
 
-@step(wait=8, undo=2)
+@step(wait=lambda: len(lab.window().scene.objects) > noted["objects"], undo=2)
 def scene_dragged():
+    noted["objects"] = len(lab.window().scene.objects)
     x, y = middle_of("VIEW_3D")
     drag(tile(), (x - 150, y - 60))

@@ -9,7 +9,6 @@ from hands import (
     key,
     material_tab,
     needs,
-    noted,
     ours,
     press,
     scroll,
@@ -52,17 +51,18 @@ def answered():
     key("RET")
 
 
-@step(wait=2)
+def has_followed():
+    return abs(socket("Sphere").default_value + 2) < 1e-5
+
+
+@step(wait=has_followed)
 def live_on():
     bpy.context.window_manager.nim_live = True
-    noted["n"] = socket("Sphere").default_value
     settings().sphere.n = -2.0
 
 
 @step(wait=2)
 def live_built():
-    built = socket("Sphere").default_value
-    needs(abs(built + 2) < 1e-5, f"Live has not followed n = -2: it is {built}")
     bpy.context.window_manager.nim_live = False
 
 

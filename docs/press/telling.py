@@ -2,21 +2,26 @@
 """How the story of steps.py is told: each step is done, waited for, undone and redone where it changes data, and pictured."""
 
 import faulthandler
+import hashlib
 import os
 import time
 import traceback
 
 import bpy
+import hands
 import lab
 import labels
+import mark
 
 OUT = os.environ["PRESS_OUT"]
 ONLY = os.environ.get("PRESS_ONLY", "").split()
 # Seconds for a picture of Cycles, as part of what a page's picture takes.
 HASTE = float(os.environ.get("PRESS_HASTE", "1"))
-LONGEST = 240  # seconds that anything may take
+LONGEST = 600  # seconds that anything may take, beside much else that the machine does
+AT_REST = 3  # times, a fifth of a second apart, that the screen must be alike
 # what saves the screen: the lab's own, since Blender's screenshots are black without a graphics card
 grab = lab.window.__globals__["grab"]
+lab_tick = lab.window.__globals__["tick"]
 
 STEPS = []
 
@@ -24,7 +29,8 @@ STEPS = []
 def step(wait=1.5, shot=True, undo=0):
     """A step of the story.
 
-    wait: seconds until it is over, or a function that says whether it is
+    wait: seconds until it is over, a Work that Blender must have done, or a function that says whether it is; and then until
+          the screen is at rest
     shot: whether a picture is taken then
     undo: of a step that changes data, how many steps Blender makes of it: they are undone, which must bring back what was
           before, and redone
@@ -37,9 +43,15 @@ def step(wait=1.5, shot=True, undo=0):
     return add
 
 
+class Work(float):
+    """Seconds of work: on a machine that does much else too Blender gets longer for them."""
+
+    LONGER = 6  # times as long, where less is to be done
+
+
 def rendered(seconds):
-    """As long as Cycles needs for a picture, less if it is of no page."""
-    return max(4, seconds * HASTE)
+    """The Work that Cycles needs for a picture, less if it is of no page."""
+    return Work(max(4, seconds * HASTE))
 
 
 def state_of_data():
@@ -82,10 +94,39 @@ def redraw():
                 area.tag_redraw()
 
 
+def screen():
+    """What is on the screen, as something to be compared."""
+    with open(os.environ["LAB_FB"], "rb") as file:
+        return hashlib.file_digest(file, "md5").digest()
+
+
+def restless():
+    """What may change on the screen though nobody does anything; "" where nothing will."""
+    if hands.at_it:
+        return "a hand is not done"
+    if any(bpy.app.is_job_running(kind) for kind in ("RENDER_PREVIEW", "SHADER_COMPILATION")):
+        return "Blender renders a preview, or makes shaders"
+    deferred = hands.ours("ui.deferred")
+    return "the add-on has put something off" if deferred and deferred._waiting else ""
+
+
+def never_rests():
+    """Whether it changes all the time: a view by EEVEE, too, draws sample after sample, each for long without a graphics card."""
+    areas = [area for window in bpy.context.window_manager.windows for area in window.screen.areas]
+    views = [area.spaces.active for area in areas if area.type == "VIEW_3D"]
+    jobs = hands.ours("ui.jobs")
+    job = jobs and jobs.job()
+    return any(view.shading.type in ("MATERIAL", "RENDERED") for view in views) or bool(job and job.running)
+
+
 class Teller:
     """Tells the story from a timer: `done` once it is over, or has failed."""
 
     def __init__(self):
+        if bpy.app.timers.is_registered(lab_tick):
+            bpy.app.timers.unregister(
+                lab_tick
+            )  # it has all drawn again and again, which a busy machine is too slow for
         self.steps = [one for one in STEPS if not ONLY or one[0].__name__ in ONLY]
         self.done = False
         self.cut = set()
@@ -96,8 +137,8 @@ class Teller:
     def tick(self):
         """A timer of Blender."""
         try:
+            mark.take_away()
             if self.until is not None and not self.until():
-                redraw()
                 return 0.2
             self.until = None
             with bpy.context.temp_override(window=lab.window()):
@@ -111,6 +152,7 @@ class Teller:
             if self.cut:
                 self._fail("Labels are cut off:\n" + "\n".join(map(str, sorted(self.cut))))
             self.done = True
+            bpy.app.timers.register(lab_tick, persistent=True)
             return None
         except Exception:
             # the others may tell more
@@ -133,34 +175,58 @@ class Teller:
         begun = time.monotonic()
         before = state_of_data() if undo else None
         function()
-        yield over(wait)
+        yield over(wait, AT_REST if shot and not undo else 1)
         if undo:
             after = state_of_data()
             if before == after:
                 raise AssertionError(f"{name} changes nothing")
             for _ in range(undo):
                 bpy.ops.ed.undo()
-                yield over(0.5)
+                yield over(0.3, rest=1)
             compare(before, state_of_data(), f"undo after {name}")
             for _ in range(undo):
                 bpy.ops.ed.redo()
-                yield over(1.5)
+                yield over(0.3, rest=1)
             compare(after, state_of_data(), f"redo after {name}")
         self.cut |= {(name, *line) for line in labels.cut_off(lab.window())}
+        if shot and undo:
+            yield over(0, AT_REST)
         if shot:
             grab(os.path.join(OUT, f"{self.at:02d}-{name}.png"))
         print(f"[press] {name}: {time.monotonic() - begun:.1f} s", flush=True)
 
 
-def over(wait):
-    """What says when a wait is over; it fails where that takes too long."""
-    begun = time.monotonic()
+def over(wait, rest):
+    """What says, asked again and again, when a wait is over; it fails where that takes too long. Blender draws in between.
+
+    rest: times that the screen must be alike then
+    """
+    begun, worked = time.monotonic(), time.process_time()
+    shown = []  # since it was over but for the screen
+
+    def waited():
+        passed = time.monotonic() - begun
+        if callable(wait):
+            return wait()
+        if isinstance(wait, Work):
+            # of two processors, of which Blender itself needs a part of one
+            return passed >= wait and (time.process_time() - worked >= 1.5 * wait or passed >= wait.LONGER * wait)
+        return passed >= wait
 
     def ask():
-        passed = time.monotonic() - begun
-        if passed > LONGEST:
-            raise TimeoutError(f"not over after {LONGEST} s")
-        return wait() and passed > 1.5 if callable(wait) else passed >= wait
+        why = "it is not over" if not waited() else restless()
+        if why:
+            shown.clear()
+        else:
+            if not shown and rest > 1:
+                redraw()
+            shown.append(screen())
+            if len(shown) > rest and (never_rests() or len(set(shown[-rest:])) == 1):
+                return True
+            why = "the screen changes all the time"
+        if time.monotonic() - begun > LONGEST:
+            raise TimeoutError(f"not done after {LONGEST} s: {why}")
+        return False
 
     return ask
 

@@ -63,7 +63,7 @@ def setting_problems(scene: bpy.types.Scene, backends: dict[str, tuple[str, ...]
     """The Problems of render settings; quick. `backends`: as the function of that name gives them."""
     cycles = getattr(scene, "cycles", None)
     if cycles is None:
-        text = "Cycles is switched off in the preferences: only Cycles renders the interface."
+        text = "Cycles is switched off in the preferences: only Cycles bends light backwards."
         return [Problem("engine", (text,), {}, None)]
     found = []
 
@@ -73,7 +73,7 @@ def setting_problems(scene: bpy.types.Scene, backends: dict[str, tuple[str, ...]
     if scene.render.engine != "CYCLES":
         add(
             "engine",
-            "{engine} cannot bend a ray at the interface: only Cycles renders it.",
+            "{engine} cannot bend light backwards: only Cycles does.",
             "Use Cycles",
             engine=engine_name(scene),
         )

@@ -29,7 +29,7 @@ def hints(sight: Sight) -> list[Problem]:
         if surface.original.name not in names and not surface.original.get(PATHS_MARK)
     ]
     if not others:
-        text = "There is nothing to bend: {names} is alone in a world of one colour."
+        text = "There is nothing to bend: {names} is alone in a world of one color."
     elif radiance < DIM and not any(map(_shines, sight.lamps)) and not any(map(_glows, _materials(others))):
         text = "Hardly anything shines in this scene: {names} stays in the dark."
     else:

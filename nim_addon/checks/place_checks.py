@@ -48,7 +48,7 @@ def _touching(around):
             text = "{name} and {other} are in the same place, where one or the other is met: move or remove one."
         # where they touch in one plane they can be moved apart
         elif np.linalg.norm(ways[index, other]) > FLAT * share and _is_free(body.shown):
-            remedy = "Move it a little"
+            remedy = "Separate the faces"
             values["step"] = (-GAP * body.size * ways[index, other] / np.linalg.norm(ways[index, other])).tolist()
         objects = (body.name, second.name) if other in points else (body.name,)
         found.append(Problem("touching", (text,), values, remedy, objects, body.worn))

@@ -17,7 +17,7 @@ LAMP_RADIUS, SUN_ANGLE = 0.1, 0.00918
 # Rays that an object may be invisible to, and what that does to the picture of an interface.
 RAYS = {
     "visible_shadow": "{name} is invisible to shadow rays: light passes straight through it, and bent once more.",
-    "visible_diffuse": "{name} is invisible to diffuse rays: light that it sends to matt surfaces is wrong.",
+    "visible_diffuse": "{name} is invisible to diffuse rays: light that it sends to matte surfaces is wrong.",
     "visible_glossy": "{name} is invisible to glossy rays: it is missing in mirrors and in its own reflections.",
     "visible_transmission": "{name} is invisible to transmission rays: behind glass or water it is missing.",
 }
@@ -32,13 +32,13 @@ def lamps(sight: Sight) -> list[Problem]:
             continue
         baked = light.get(SAMPLING) is not None  # then its light through interfaces is traced, not found by chance
         if sizeless(light) and not baked:
-            text = "The light {name} has no size: it is never seen through the interface and casts no light through it."
+            text = "The light {name} has no size: it is never seen through what bends light, and casts none through it."
             found.append(about(lamp, "zero_light", text, "Give it a size"))
         if not light.cycles.use_multiple_importance_sampling and not baked:
-            text = "Multiple Importance of the light {name} is off: it casts no light through an interface."
+            text = "Multiple Importance of the light {name} is off: it casts no light through what bends it."
             found.append(about(lamp, "light_by_chance", text, "Turn it on"))
         if not light.use_shadow:
-            text = "The light {name} casts no shadows: it passes straight through an interface, and bent once more."
+            text = "The light {name} casts no shadows: it passes straight through what bends light, and bent once more."
             found.append(about(lamp, "light_shadow", text, "Let it cast shadows"))
         elif passed := [name for name in _names(sight) if not _blocks(lamp, name)]:
             text = "Shadow linking lets the light {name} straight through {passed}, and bent once more."
@@ -56,7 +56,7 @@ def objects(sight: Sight) -> list[Problem]:
                 if not getattr(obj, ray):
                     found.append(about(obj, "ray_visibility", text, "Make it visible", names, owner=obj))
         if getattr(*_shading_offset(shown.original)) > 0:
-            text = "The shading offset of the shadow terminator darkens {name}, as if its interface took light away."
+            text = "The shading offset of the shadow terminator darkens {name}, as if its surface took light away."
             owner = shown.original
             found.append(about(owner, "shading_offset", text, "Set it to 0", names, owner=owner))
         if shown.original.cycles.is_caustics_caster and _has_shadow_caustics(sight):
@@ -72,7 +72,7 @@ def world(sight: Sight) -> list[Problem]:
     for sky in _worlds(sight.scene):
         seen = sky.cycles_visibility
         if not (seen.camera and seen.glossy and seen.transmission):
-            text = "The world {name} is invisible to rays that an interface mirrors or bends: they meet black."
+            text = "The world {name} is invisible to rays that are mirrored or bent: they meet black."
             texts, remedy = ((text, LINKED), None) if sky.library else ((text,), "Make it visible")
             found.append(Problem("world_visibility", texts, {"name": sky.name}, remedy))
     return found
@@ -92,7 +92,9 @@ def layers(sight: Sight) -> list[Problem]:
             continue
         if override and not asked_interfaces(override):
             values = {**values, "material": override.name}
-            text = "View layer {layer} puts {material} in the place of all materials: no interface is rendered."
+            text = (
+                "View layer {layer} puts {material} in the place of all materials: nothing negative-index is rendered."
+            )
             found.append(Problem("layer_material", (text,), values, "Take the override away"))
         samples = layer.samples if sight.scene.cycles.use_layer_samples != "IGNORE" else 0
         if 0 < samples < sight.scene.cycles.samples:

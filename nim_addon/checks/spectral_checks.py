@@ -48,11 +48,11 @@ def _disperses(material):
 def _shutter(scene):
     """Whether the time within the shutter still gives each path its wavelength."""
     if not scene.render.use_motion_blur:
-        text = "Motion Blur is off: the picture shows what disperses at {nm:g} nm alone, in no colours."
+        text = "Motion Blur is off: the picture shows what disperses at {nm:g} nm alone, in no colors."
         return [Problem("shutter", (text,), {"nm": wavelength.neutral()}, "Turn it on")]
     wrong = []
     if scene.render.motion_blur_shutter > 2 * spectral.SHUTTER_TIME:
-        wrong.append("The shutter is open for {open:g} frames: what moves meanwhile has edges in all colours.")
+        wrong.append("The shutter is open for {open:g} frames: what moves meanwhile has edges in all colors.")
     if scene.render.motion_blur_position != spectral.SETTINGS["render.motion_blur_position"]:
         wrong.append("The shutter does not start on the frame, by which nodes tell the wavelength.")
     if scene.cycles.rolling_shutter_type != "NONE":
@@ -85,7 +85,7 @@ def _moving(sight):
             names.append(obj.name)
     if not names:
         return []
-    text = "{names}: it moves while the shutter is open, and each wavelength sees it elsewhere: its edges are coloured."
+    text = "{names}: it moves while the shutter is open, and each wavelength sees it elsewhere: its edges are colored."
     return [Problem("moves_in_colours", (text,), {"names": ", ".join(names)}, None, objects=tuple(names))]
 
 
@@ -135,7 +135,7 @@ def _facets():
     names = tuple(sorted(material.name for material in spectral.scattering()))
     if not names or not wavelength.clear_paths_are_white():
         return []
-    text = "{names}: it is rough and disperses since all wavelengths were set up, and lamps light it without colours."
+    text = "{names}: it is rough and disperses since all wavelengths were set up, and lamps light it without colors."
     return [Problem("white_facets", (text,), {"names": ", ".join(names)}, "Set up anew", materials=names)]
 
 

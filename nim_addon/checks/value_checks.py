@@ -140,7 +140,7 @@ def _out_of_range(sight, setting):
     for frame, value in over_time(setting, sight.scene):
         if not low <= value <= high:
             if setting.name == "Tint":
-                text = "{material}: the tint is {value}, but an interface passes between 0 and 1 of the light."
+                text = "{material}: the tint is {value}, but a surface passes between 0 and 1 of the light."
                 if frame is not None:
                     text = "{material}: on frame {frame} the tint is {value}, but it lies between 0 and 1."
             else:

@@ -64,14 +64,14 @@ LOSSES = (
         "diffuse_bounces",
         {"cycles.diffuse_bounces": BOUNCES},
         _below(1),
-        "Diffuse bounces: 0. Light that has passed an interface is then missing on matt surfaces.",
+        "Diffuse bounces: 0. Light that was bent is then missing on matte surfaces.",
         "Raise them",
     ),
     Loss(
         "caustics",
         {"cycles.caustics_reflective": True, "cycles.caustics_refractive": True},
         _off,
-        "Caustics are off: light that was mirrored or bent at an interface is missing on matt surfaces.",
+        "Caustics are off: light that was mirrored or bent is missing on matte surfaces.",
         "Turn on caustics",
     ),
     Loss(
@@ -99,7 +99,7 @@ LOSSES = (
         "adaptive_sampling",
         {"cycles.use_adaptive_sampling": False},
         _on,
-        "Adaptive Sampling stops where it has met no light yet: a small light through an interface is missing.",
+        "Adaptive Sampling stops where it has met no light yet: a small light behind what bends it is missing.",
         "Turn it off",
     ),
     Loss(

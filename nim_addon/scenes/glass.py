@@ -53,7 +53,7 @@ VIEWS = {
     "side": "From the side, through the wall of the glass",
     "top": "From above, into the glass",
 }
-FIGURES = {"none": "No figures", "monkey": "Blender's monkey, three times, in three colours"}
+FIGURES = {"none": "No figures", "monkey": "Blender's monkey, three times, in three colors"}
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,7 @@ VIEWS = {
     "window": "Under the surface, looking up and out",
 }
 SKIES = {
-    "overcast": "A grey sky, which shines from everywhere: soft light, no sharp shadows",
+    "overcast": "A gray sky, which shines from everywhere: soft light, no sharp shadows",
     "sunny": "A blue sky with the sun, whose light through the surface draws patterns on the floor once caustics are baked",
 }
 BLUE, PALE, JOINT = (0.14, 0.40, 0.55), (0.22, 0.52, 0.64), (0.72, 0.74, 0.72)
@@ -48,7 +48,7 @@ class PoolParameters(Parameters):
     liquid: Medium | None = liquid(Medium(-1.33), "what fills the pool: none, water, nim, n=-1.33,mu=-10 or any medium")
     mu: float | None = number(None, "relative permeability of the liquid; the liquid's own if left out", -100.0, 100.0)
     view: str = choice("side", "where the eye is: beside the pool, above it, under water", VIEWS)
-    sky: str = choice("overcast", "the light: a grey sky, or a blue one with the sun", SKIES)
+    sky: str = choice("overcast", "the light: a gray sky, or a blue one with the sun", SKIES)
     sun_angle: float = number(0.53, "width of the sun; its light stays the same", 0.25, 20.0, "degrees")
     waves: float = number(
         0.02, "height of the waves, lowest trough to highest crest at time 0; 0 is calm", 0.0, 0.25, "m"

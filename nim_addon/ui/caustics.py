@@ -44,7 +44,7 @@ class NIM_PG_caustics(bpy.types.PropertyGroup):
 
 
 class NIM_PT_caustics(Sidebar, bpy.types.Panel):
-    """Light that interfaces and mirrors gather on surfaces, traced from the lamps"""
+    """Light that is bent and mirrored onto surfaces, traced from the lamps"""
 
     bl_idname = "NIM_PT_caustics"
     bl_label = "Caustics"

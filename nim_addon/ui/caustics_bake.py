@@ -291,7 +291,7 @@ class NIM_OT_bake_caustics(Baking, bpy.types.Operator):
     bl_idname = "nim.bake_caustics"
     bl_label = "Bake Caustics"
     bl_description = (
-        "Trace light from the lamps through interfaces and by mirrors, and let the surfaces shine where it lands. "
+        "Trace light from the lamps through what bends it and by mirrors, and let the surfaces shine where it lands. "
         "It takes the place of the last render in the Image editor"
     )
     bl_options = {"REGISTER", "UNDO"}

@@ -32,7 +32,7 @@ from .panels import Sidebar, draw_sentence
 
 
 class NIM_PG_object(bpy.types.PropertyGroup):
-    """What "Take Back" needs to know of a converted object."""
+    """What "Restore Former Materials" needs to know of a converted object."""
 
     former: bpy.props.CollectionProperty(
         type=former.NIM_PG_former_slot, name="Former slots", description="The slots before the object became a NIM"
@@ -44,7 +44,7 @@ class NIM_PG_object(bpy.types.PropertyGroup):
 
 
 def converted(object_: bpy.types.Object | None) -> bool:
-    """Whether "Take Back" can undo something in an object (or None)."""
+    """Whether "Restore Former Materials" can undo something in an object (or None)."""
     return object_ is not None and object_.type in SURFACES and len(object_.nim.former) > 0
 
 
@@ -162,7 +162,7 @@ def _poll(cls, context):
 
 
 class NIM_OT_convert(bpy.types.Operator):
-    """Make the selected objects negative-index; what they were made of is kept for Take Back, and |n| of a glass too"""
+    """Make the selected objects negative-index; Restore Former Materials gives the old ones back; |n| of a glass is kept"""
 
     bl_idname = "nim.convert"
     bl_label = "Make Negative-Index"
@@ -178,7 +178,7 @@ class NIM_OT_convert(bpy.types.Operator):
         description="Of the index that is kept",
         items=(
             ("NEGATIVE", "Negative", "It bends light backwards", "REMOVE", 0),
-            ("POSITIVE", "Positive", "It bends light as before, by this add-on's interface", "ADD", 1),
+            ("POSITIVE", "Positive", "It bends light as before, by this add-on's material", "ADD", 1),
         ),
     )
     slots: bpy.props.EnumProperty(
@@ -290,7 +290,7 @@ class NIM_OT_revert(bpy.types.Operator):
     """Give the selected objects the materials back that they had before they became negative-index"""
 
     bl_idname = "nim.revert"
-    bl_label = "Take Back"
+    bl_label = "Restore Former Materials"
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
@@ -330,7 +330,7 @@ def _already(object_, nims):
     """That an object is what it should become."""
     material, interface = nims[0]
     if interface is None:
-        text = pgettext_rpt("{name} has an interface already, {material}: it stays as it is")
+        text = pgettext_rpt("{name} has a NIM Interface material already, {material}: it stays as it is")
         return text.format(name=object_.name, material=material.name)
     n = interface.inside.n if interface.inside.is_nim else interface.outside.n
     text = pgettext_rpt("{name} is negative-index already, n = {n}: it stays as it is; change n in the panel")
@@ -375,7 +375,7 @@ def draw_buttons(layout: bpy.types.UILayout, context: bpy.types.Context) -> None
 
 
 class NIM_PT_convert(Sidebar, bpy.types.Panel):
-    """The active object's interface in short"""
+    """The active object's negative-index material in short"""
 
     bl_idname = "NIM_PT_convert"
     bl_label = "Material"
@@ -407,7 +407,7 @@ class NIM_PT_convert(Sidebar, bpy.types.Panel):
         elif material is None:
             # of several slots the one that is chosen
             named = object_.active_material if len(object_.material_slots) > 1 else None
-            text = pgettext_iface("{name} has no negative-index interface.").format(name=(named or object_).name)
+            text = pgettext_iface("{name} is not negative-index yet.").format(name=(named or object_).name)
             draw_sentence(layout, context, text, icon="INFO")
         else:
             layout.label(text=f"{object_.name}: {material.name}", icon="MATERIAL", translate=False)
@@ -428,7 +428,7 @@ CLASSES = (former.NIM_PG_former_slot, NIM_PG_object, NIM_OT_convert, NIM_OT_reve
 def register():
     """Give each object its NIM_PG_object."""
     bpy.types.Object.nim = bpy.props.PointerProperty(
-        type=NIM_PG_object, name="Negative Index", description="What Take Back needs to know"
+        type=NIM_PG_object, name="Negative Index", description="What Restore Former Materials needs to know"
     )
 
 

@@ -13,7 +13,7 @@ from .panels import Sidebar, draw_sentence
 
 
 class NIM_OT_light_paths(Settings, bpy.types.Operator):
-    """Shoot rays through the interfaces of this scene and draw where they go, by energy, in place of the last ones"""
+    """Shoot rays through what bends light in this scene and draw where they go, by energy, in place of the last ones"""
 
     bl_idname = "nim.light_paths"
     bl_label = "Draw Light Paths"
@@ -78,7 +78,7 @@ class NIM_OT_light_paths_clear(bpy.types.Operator):
 
 
 class NIM_PT_light_paths(Sidebar, bpy.types.Panel):
-    """Rays through the interfaces of the scene, live or as curves"""
+    """Rays through what bends light in the scene, live or as curves"""
 
     bl_idname = "NIM_PT_light_paths"
     bl_label = "Light Paths"

@@ -12,7 +12,7 @@ SOURCES = (
     (
         "SIDE",
         "From the Side",
-        "A narrow beam from outside, across the camera's view, that meets the interface at a slant and so is seen to bend",
+        "A narrow beam from outside, across the camera's view, that meets the surface at a slant and so is seen to bend",
         "AXIS_SIDE",
         3,
     ),
@@ -34,7 +34,7 @@ SOURCES = (
     ),
 )
 AIMS = (
-    ("TARGET", "Interface", "Towards the active object, or all interfaces if it is none", "PIVOT_BOUNDBOX", 0),
+    ("TARGET", "Object", "Towards the active object, or all that bends light if it does not", "PIVOT_BOUNDBOX", 0),
     ("FORWARD", "Forward", "Where the camera looks, the lamp shines or the cursor's -Z points", "FORWARD", 1),
     ("DIRECTION", "Direction", "Along a direction of your own", "ORIENTATION_GLOBAL", 2),
 )
@@ -48,7 +48,7 @@ COLORS = (
     (
         "WAVELENGTH",
         "Wavelength",
-        "Where a medium disperses, several wavelengths in their colours; else as Part",
+        "Where a medium disperses, several wavelengths in their colors; else as Part",
         "SEQ_CHROMA_SCOPE",
         0,
     ),
@@ -64,7 +64,7 @@ COLORS = (
 
 # What a person sees of each, on one line.
 LEGENDS = {
-    "WAVELENGTH": "The colours are those of the light",
+    "WAVELENGTH": "The colors are those of the light",
     "PART": "Yellow in, orange on, blue reflected",
     "ENERGY": "White: all the light; blue: least",
 }
@@ -108,7 +108,7 @@ class Settings:
         subtype="ANGLE",
     )
     bounces: Int(
-        name="Bounces", description="How many interfaces a path may cross or be reflected by", default=8, min=0, max=64
+        name="Bounces", description="How many surfaces a path may cross or be reflected by", default=8, min=0, max=64
     )
     least: Float(
         name="Least Energy",
@@ -140,7 +140,7 @@ class Settings:
     )
     through: Bool(
         name="Seen Inside",
-        description="In a render, show the rays inside and behind an interface too, bent by it as anything else",
+        description="In a render, show the rays inside and behind what bends light too, bent as anything else",
         default=True,
     )
 
@@ -150,7 +150,7 @@ class NIM_PG_rays(Settings, bpy.types.PropertyGroup):
 
     color: EnumProperty(
         name="Color By",
-        description="What the colour of a live ray says; the thicker it is, the more light it has",
+        description="What the color of a live ray says; the thicker it is, the more light it has",
         items=COLORS,
     )
     handle: PointerProperty(

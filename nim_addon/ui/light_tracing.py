@@ -83,12 +83,14 @@ def warning(surfaces: Meshes, drawn: list[Paths], bounces: int) -> str | None:
         stopped += paths.arriving[paths.fate == Fate.STOPPED].sum()
         lost += paths.lost.sum()
     if not total and all((paths.fate == Fate.LANDED).all() for paths in drawn):
-        return pgettext_rpt("All rays end at an opaque object before they meet an interface; move it, or the source")
+        return pgettext_rpt(
+            "All rays end at an opaque object before they meet one that bends light; move it, or the source"
+        )
     if not total:
-        return pgettext_rpt("No ray met an interface; move the source, or aim it at one")
+        return pgettext_rpt("No ray met an object that bends light; move the source, or aim it at one")
     if stopped >= CUT * total:
         return pgettext_rpt(
-            "After {bounces} bounces {share:.0f} % of the light ends at an interface; raise Bounces to follow it on"
+            "After {bounces} bounces {share:.0f} % of the light ends at a surface; raise Bounces to follow it on"
         ).format(bounces=bounces, share=100 * stopped / total)
     if lost >= CUT * total:
         return pgettext_rpt(

@@ -212,7 +212,7 @@ def draw_make(layout: bpy.types.UILayout, objects: list[bpy.types.Object]) -> No
 def draw_material(layout: bpy.types.UILayout, context: bpy.types.Context, material: bpy.types.Material | None) -> None:
     """Draw all of the panel for a material, or the button that makes a NIM where it has no interface node."""
     if material is None or active_node(material) is None:
-        text = "This material has no negative-index interface." if material else "There is no material yet."
+        text = "This material is not negative-index yet." if material else "There is no material yet."
         draw_sentence(layout, context, pgettext_iface(text), icon="INFO")
         draw_make(layout, [context.object] if context.object else [])
         return
@@ -255,7 +255,7 @@ class NIM_OT_switch_backend(bpy.types.Operator):
     def poll(cls, context):
         """Only where there is an interface material."""
         if not any(interface_nodes(material) for material in bpy.data.materials):
-            cls.poll_message_set("No material here has a negative-index interface")
+            cls.poll_message_set("There is no NIM Interface material here")
             return False
         return True
 
@@ -265,7 +265,7 @@ class NIM_OT_switch_backend(bpy.types.Operator):
             (known for known in bpy.data.materials if known.name == self.material and known.is_editable), None
         )
         if not interface_nodes(material):
-            text = pgettext_rpt("{name} is no material with an interface that can be changed here")
+            text = pgettext_rpt("{name} is no NIM Interface material that can be changed here")
             return fail(self, text.format(name=repr(self.material)))
         if self.backend == "osl" and not osl_available():
             return fail(self, pgettext_rpt(backends.OSL_MISSING))
@@ -312,7 +312,7 @@ class NIM_OT_medium_file(bpy.types.Operator):
         """Take the file, or say what is wrong with it."""
         material = bpy.data.materials.get((self.material, None))
         if active_node(material) is None or not material.is_editable:
-            text = pgettext_rpt("{name} is no material with an interface that can be changed here")
+            text = pgettext_rpt("{name} is no NIM Interface material that can be changed here")
             return fail(self, text.format(name=repr(self.material)))
         path = bpy.path.abspath(self.filepath)
         try:
@@ -326,7 +326,7 @@ class NIM_OT_medium_file(bpy.types.Operator):
 
 
 class NIM_PT_material(Helped, bpy.types.Panel):
-    """The media of both sides of the active material's interface, and what they mean"""
+    """The media on both sides of the active material's surface, and what they mean"""
 
     bl_idname = "NIM_PT_material"
     bl_label = "Negative Index"
@@ -346,7 +346,7 @@ class NIM_PT_material(Helped, bpy.types.Panel):
 
 
 class NIM_PT_material_nodes(Sidebar, bpy.types.Panel):
-    """The media of both sides of the edited material's interface, and what they mean"""
+    """The media on both sides of the edited material's surface, and what they mean"""
 
     bl_idname = "NIM_PT_material_nodes"
     bl_label = "Negative Index"

@@ -169,7 +169,7 @@ def _absorption_length(side):
 
     return bpy.props.FloatProperty(
         name="Absorption Length",
-        description="The way within which light falls to 1/e, in all colours alike; 0 where nothing is absorbed",
+        description="The way within which light falls to 1/e, in all colors alike; 0 where nothing is absorbed",
         get=read,
         set=write,
         min=0.0,
@@ -277,7 +277,7 @@ class NIM_PG_curve(bpy.types.PropertyGroup):
     )
     wavelength: bpy.props.FloatProperty(
         name="Wavelength (nm)",
-        description="The wavelength in vacuum, in nanometres, that the numbers and the curve are of",
+        description="The wavelength in vacuum, in nanometers, that the numbers and the curve are of",
         default=REPRESENTATIVE_NM,
         min=VISIBLE_NM[0],
         max=VISIBLE_NM[1],

@@ -46,15 +46,15 @@ DISPERSIVE_TEXTS = {
     ),
     "n-bk7": (
         "N-BK7 (crown glass)",
-        "Schott's most common glass, after its catalogue: the small dispersion of a window",
+        "Schott's most common glass, after its catalog: the small dispersion of a window",
     ),
     "n-sf11": (
         "N-SF11 (flint glass)",
-        "Schott's dense flint, after its catalogue: prisms of it spread the colours widely",
+        "Schott's dense flint, after its catalog: prisms of it spread the colors widely",
     ),
     "fused-silica": ("Fused silica", "Quartz glass, after Malitson 1965: the least dispersion among the glasses here"),
     "diamond-peter": ("Diamond (measured)", "After Peter 1923: its dispersion is the fire of cut stones"),
-    "silver": ("Silver", "After Johnson and Christy 1972: a mirror of all colours, nothing is seen through it"),
+    "silver": ("Silver", "After Johnson and Christy 1972: a mirror of all colors, nothing is seen through it"),
     "gold": ("Gold", "After Johnson and Christy 1972: a mirror of yellow and red, nothing is seen through it"),
     "nim-causal": (
         "NIM, causal",
@@ -71,7 +71,7 @@ DISPERSIVE_TEXTS = {
     ),
     "fishnet": (
         "Fishnet (infrared)",
-        "The NIM that Valentine and others made in 2008, in false colours: 1200 to 1775 nm are shown as 380 to 730 nm; n is "
+        "The NIM that Valentine and others made in 2008, in false colors: 1200 to 1775 nm are shown as 380 to 730 nm; n is "
         "positive in the blue, negative in the red",
     ),
 }
@@ -130,7 +130,7 @@ PANEL_ITEMS = (
     (
         ABSORBING,
         "Own values, absorbing",
-        "The n and μ that are typed in, in which light falls to 1/e over the absorption length, in all colours alike",
+        "The n and μ that are typed in, in which light falls to 1/e over the absorption length, in all colors alike",
         "NONE",
         ABSORBING_NUMBER,
     ),

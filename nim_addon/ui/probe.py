@@ -113,7 +113,7 @@ class NIM_OT_copy_curve(bpy.types.Operator):
         node = active_node(material)
         interface = interface_shown(node) if node else None
         if interface is None:
-            text = pgettext_rpt("{name} is no material with an interface whose media are known")
+            text = pgettext_rpt("{name} is no NIM Interface material whose media are known")
             return fail(self, text.format(name=repr(self.material)))
         try:
             text = as_text(shown_of(context.scene, interface))

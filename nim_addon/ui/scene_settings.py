@@ -49,9 +49,9 @@ LIQUID_TEXTS = {
     "none": ("None (Empty)", "Nothing but air"),
     "custom": ("Own Index", "The index, and the permeability, that are typed in"),
     "words": WORDS_TEXTS,
-    "water": ("Water", "The index of water, in all colours alike"),
-    "glass": ("Glass", "The index of common glass, in all colours alike"),
-    "diamond": ("Diamond", "The index of diamond, in all colours alike"),
+    "water": ("Water", "The index of water, in all colors alike"),
+    "glass": ("Glass", "The index of common glass, in all colors alike"),
+    "diamond": ("Diamond", "The index of diamond, in all colors alike"),
 }
 NIM_TEXTS = {
     True: "Light bends to the other side, as much as by a common medium of the opposite index",
@@ -382,7 +382,7 @@ class NIM_PG_scenes(bpy.types.PropertyGroup):
     )
     spectral: BoolProperty(
         name="Spectral",
-        description="All wavelengths in one render, so that media show their colours; a built scene follows at once",
+        description="All wavelengths in one render, so that media show their colors; a built scene follows at once",
         default=False,
         update=_spectral_changed,
     )

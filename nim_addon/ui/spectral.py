@@ -21,7 +21,7 @@ def told(done: spectral.Done) -> str:
 
 
 class NIM_OT_spectral(bpy.types.Operator):
-    """Render all wavelengths at once, so that what disperses shows its colours; pressed again, all is as it was before"""
+    """Render all wavelengths at once, so that what disperses shows its colors; pressed again, all is as it was before"""
 
     bl_idname = "nim.spectral"
     bl_label = "Spectral"
@@ -34,7 +34,7 @@ class NIM_OT_spectral(bpy.types.Operator):
             cls.poll_message_set("Leave the mode you are in for Object Mode first")
             return False
         if not hasattr(context.scene, "cycles"):
-            cls.poll_message_set("Cycles is switched off in the preferences: only Cycles renders the interface.")
+            cls.poll_message_set("Cycles is switched off in the preferences: only Cycles bends light backwards.")
             return False
         if context.scene.library:
             cls.poll_message_set("The scene is linked from a library: make it local first")
@@ -75,7 +75,7 @@ class NIM_PT_spectral(Sidebar, bpy.types.Panel):
         layout.operator("nim.spectral", icon="COLOR", depress=on)
         say = pgettext_iface
         if not on:
-            text = say("Renders all wavelengths at once: media that disperse show their colours, and the rest stays.")
+            text = say("Renders all wavelengths at once: media that disperse show their colors, and the rest stays.")
             draw_sentence(layout, context, text)
             return
         if done := spectral.done(scene):
@@ -85,7 +85,7 @@ class NIM_PT_spectral(Sidebar, bpy.types.Panel):
             draw_sentence(
                 layout, context, say("Nothing here disperses yet: choose a medium by wavelength."), icon="INFO"
             )
-        draw_sentence(layout, context, say("Views show it without colours, at 550 nm: render it to see them."))
+        draw_sentence(layout, context, say("Views show it without colors, at 550 nm: render it to see them."))
         text = say("Real motion blur is not to be had with it: the time of the shutter is the wavelength.")
         draw_sentence(layout, context, text)
         problems = [problem for problem in warnings.found(scene) if problem.code in spectral_checks.CODES]

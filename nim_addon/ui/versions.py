@@ -18,7 +18,7 @@ class NIM_OT_update_file(bpy.types.Operator):
     @classmethod
     def poll(cls, context):
         if not versions.outdated():
-            cls.poll_message_set("Every interface in this file is up to date")
+            cls.poll_message_set("Every NIM material in this file is up to date")
             return False
         return True
 

@@ -138,7 +138,7 @@ class NIM_PT_checks(Sidebar, bpy.types.Panel):
         problems = warnings.found(context.scene)
         noted = draw_note(layout, context)
         if not known.backends and not problems:
-            layout.label(text="No interface in this scene yet", icon="INFO")
+            layout.label(text="Nothing negative-index here yet", icon="INFO")
         elif not problems and not known.unmeasured and not noted:
             layout.label(text="Nothing to mend", icon="CHECKMARK")
         warnings.draw_problems(layout, context, problems, known.hints)

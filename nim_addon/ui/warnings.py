@@ -164,7 +164,7 @@ class NIM_OT_mend(bpy.types.Operator):
 
 
 class NIM_OT_check_meshes(bpy.types.Operator):
-    """Look at the large meshes of interface materials too: are they closed, do their normals and media fit"""
+    """Look at the large meshes of negative-index materials too: are they closed, do their normals and media fit"""
 
     bl_idname = "nim.check_meshes"
     bl_label = "Check Large Meshes"
@@ -175,7 +175,7 @@ class NIM_OT_check_meshes(bpy.types.Operator):
         """Only where some were left out."""
         there = known(context.scene)
         if there is None or not there.unmeasured:
-            cls.poll_message_set("All meshes of interface materials have been checked")
+            cls.poll_message_set("All meshes of negative-index materials have been checked")
             return False
         return True
 

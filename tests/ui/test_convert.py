@@ -10,7 +10,7 @@ from nim_addon.physics import Medium
 
 
 def state(object_):
-    """All that "Take Back" must restore of an object's materials."""
+    """All that Restore Former Materials must restore of an object's materials."""
     object_ = bpy.data.objects[object_]
     slots = []
     for slot in object_.material_slots:
@@ -137,7 +137,7 @@ def test_what_is_one_already_stays_as_it_is_and_that_is_said(cube, press, said, 
     ]
     interface_nodes(mine)[0].inputs["Index Inside"].default_value = 0  # no index at all: it may be worked at
     assert press("nim.convert") == {"CANCELLED"}
-    assert said[1][1] == "Cube has an interface already, Mine: it stays as it is"
+    assert said[1][1] == "Cube has a NIM Interface material already, Mine: it stays as it is"
     assert press("nim.convert", replace=True) == {"FINISHED"}
     assert is_nim(cube) and cube.active_material != mine
     press("nim.revert")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What Take Back gives back is that of each slot, whatever was done to the slots since."""
+"""What Restore Former Materials gives back is that of each slot, whatever was done to the slots since."""
 
 import bpy
 import pytest
@@ -79,7 +79,7 @@ CHANGES = {
 @pytest.mark.parametrize("slots", ["ALL", "ACTIVE"])
 @pytest.mark.parametrize("change", CHANGES)
 def test_what_was_done_to_slots_since_is_as_if_it_had_been_done_before(four, press, change, slots):
-    """Take Back gives what the same change gives of an object that was never converted."""
+    """Restore Former Materials gives what the same change gives of an object that was never converted."""
     bpy.ops.object.duplicate()
     other = bpy.context.object  # with a mesh of its own
     select(four)

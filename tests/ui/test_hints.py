@@ -213,7 +213,7 @@ def alone_under_a_sky(scene):
 
 
 DARK = "Hardly anything shines in this scene: Cube stays in the dark."
-ALONE = "There is nothing to bend: Cube is alone in a world of one colour."
+ALONE = "There is nothing to bend: Cube is alone in a world of one color."
 BACKDROPS = [
     (lambda scene: None, []),
     (no_light, [DARK]),

@@ -129,7 +129,7 @@ def test_the_panel_says_what_the_colours_say(scene):
     assert said("ENERGY").startswith("White")
     ball.data.materials[0] = interface_material("SF11", Medium.parse("n-sf11"), backend="nodes")
     bpy.context.view_layer.update()
-    assert said("WAVELENGTH") == "The colours are those of the light" and "Nothing disperses" not in panel()
+    assert said("WAVELENGTH") == "The colors are those of the light" and "Nothing disperses" not in panel()
     light_live.stop()
     assert said("ENERGY").startswith("Yellow"), "of curves"
 

@@ -166,9 +166,9 @@ def test_modifiers_and_instances_count_and_what_is_hidden_does_not(scene, press)
 def test_what_cuts_the_rays_is_said(scene, press, capfd):
     add_interface(-1.5, shapes.box((-1, -1, -1), (1, 1, 1)))
     press("nim.light_paths", source="SIDE", bounces=0)
-    assert "Warning: After 0 bounces 100 % of the light ends at an interface; raise Bounces" in capfd.readouterr().out
+    assert "Warning: After 0 bounces 100 % of the light ends at a surface; raise Bounces" in capfd.readouterr().out
     press("nim.light_paths", source="SIDE", bounces=1)
-    assert "Warning: After 1 bounces 96 % of the light ends at an interface" in capfd.readouterr().out
+    assert "Warning: After 1 bounces 96 % of the light ends at a surface" in capfd.readouterr().out
     press("nim.light_paths", source="SIDE", bounces=8, least=0.99)
     assert "Warning: Branches with 100 % of the light have less than the Least Energy" in capfd.readouterr().out
     press("nim.light_paths", source="SIDE", bounces=8, least=0.001)
@@ -307,7 +307,7 @@ def test_failures_say_why_and_change_nothing(scene, press, capfd, monkeypatch):
     scene.camera = camera
     assert data() == before and scene.nim_rays.source == "CURSOR"
     press("nim.light_paths", aim="DIRECTION", direction=(-1, 0, 0))
-    assert "Warning: No ray met an interface" in capfd.readouterr().out
+    assert "Warning: No ray met an object that bends light" in capfd.readouterr().out
     bpy.context.view_layer.objects.active = box
     bpy.ops.object.mode_set(mode="EDIT")
     with pytest.raises(RuntimeError, match="poll"):

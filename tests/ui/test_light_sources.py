@@ -163,7 +163,7 @@ def test_what_stands_in_the_way_is_gone_around(scene, press):
 def test_an_interface_within_the_default_cube_is_said_to_be_behind_it(addon, press, capfd):
     press("nim.add_object")
     press("nim.light_paths")
-    assert "Warning: All rays end at an opaque object before they meet an interface" in capfd.readouterr().out
+    assert "Warning: All rays end at an opaque object before they meet one that bends light" in capfd.readouterr().out
 
 
 @pytest.mark.parametrize("turn", [(0, 0, 0), (90, 0, 0), (0, 90, 0)])

@@ -384,7 +384,7 @@ def test_a_redraw_does_the_same_work_whatever_else_is_in_the_file(material, draw
 def test_the_backend_can_be_switched(material, press):
     assert press("nim.switch_backend", material="NIM", backend="auto") == {"FINISHED"}
     assert interface_nodes(material)[0].node_tree["nim_interface"] == "nodes", "OSL is off in this scene"
-    with pytest.raises(RuntimeError, match="no material with an interface"):
+    with pytest.raises(RuntimeError, match="no NIM Interface material"):
         press("nim.switch_backend", material="Nobody", backend="nodes")
     if osl_available():
         press("nim.switch_backend", material="NIM", backend="osl")

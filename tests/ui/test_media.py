@@ -188,7 +188,7 @@ def test_a_file_that_is_no_medium_changes_nothing(material, press, file, name, w
     with pytest.raises(RuntimeError, match=words):
         press("nim.medium_file", material="NIM", side="inside", filepath=file(name))
     assert (names(), nodes_and_links(material)) == (before, tree)
-    with pytest.raises(RuntimeError, match="is no material with an interface"):
+    with pytest.raises(RuntimeError, match="is no NIM Interface material"):
         press("nim.medium_file", material="Nobody", side="inside", filepath=file("glass.yml"))
 
 

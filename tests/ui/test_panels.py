@@ -175,9 +175,9 @@ def test_the_panel_shows_what_modifiers_and_instances_wear(addon):
     maker = bpy.data.objects.new("Maker", None)
     assert read_off(None) == ["Select an object with a surface"]
     assert read_off(maker) == ["Maker, the active object, has no surface."]
-    assert read_off(cube) == ["Cube has no negative-index interface."]
+    assert read_off(cube) == ["Cube is not negative-index yet."]
     cube.data.materials.append(None)
-    assert read_off(cube) == ["Material has no negative-index interface."], "of the slot that is chosen"
+    assert read_off(cube) == ["Material is not negative-index yet."], "of the slot that is chosen"
     cube.data.materials.pop()
     held = bpy.data.collections.new("Held")
     held.objects.link(bpy.data.objects.new("Inner", cube.data.copy()))
@@ -198,10 +198,10 @@ def test_the_panel_speaks_of_what_is_selected(addon):
     none = ["Select an object with a surface"]
     assert read_off(cube, []) == none, "the active object is the last one, which nobody means"
     assert read_off(cube, [camera]) == none
-    assert read_off(cube, [camera, other]) == ["Other has no negative-index interface."]
+    assert read_off(cube, [camera, other]) == ["Other is not negative-index yet."]
     cube.data.materials[0] = interface_material("Mine", Medium(-1.5), backend="nodes")
     assert read_off(cube, [])[0] == "Cube: Mine", "its numbers are of use"
-    assert read_off(cube, [other]) == ["Other has no negative-index interface."]
+    assert read_off(cube, [other]) == ["Other is not negative-index yet."]
 
 
 def test_the_panel_says_of_a_copy_that_shines_that_its_surface_is_hidden(addon):

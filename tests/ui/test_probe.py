@@ -114,5 +114,5 @@ def test_over_the_wavelength_the_copy_has_the_columns_of_the_spectrum(addon, ins
 def test_the_button_says_what_it_copied_and_what_it_cannot(addon, press):
     material = material_of("-1.5")
     assert press("nim.copy_curve", material=material.name_full) == {"FINISHED"}
-    with pytest.raises(RuntimeError, match="no material with an interface whose media are known"):
+    with pytest.raises(RuntimeError, match="no NIM Interface material whose media are known"):
         press("nim.copy_curve", material="Nobody")

@@ -221,3 +221,14 @@ def test_blender_speaks_spanish_while_the_addon_is_enabled(addon):
         assert look_up("Make Negative-Index", "Operator") == "Hacer de índice negativo"
     finally:
         view.language = language
+
+
+def test_texts_are_spelled_as_blenders_own(texts):
+    """And "interface", which a newcomer takes for Blender's own, names the node alone, or the material that has it."""
+    # micrometres: of a sentence that the command says too
+    british = re.compile(r"colour|\bgrey\b|(?<!micro)metres?\b|catalogue|behaviour|\bcentre|\bmatt\b", re.IGNORECASE)
+    node = ("NIM Interface", "interface node", "Add Interface", "Interface of index", "media of the interface")
+    shown = {text: where for text, where in texts.items() if not where.startswith("socket ")}
+    assert not {text: where for text, where in shown.items() if british.search(text)}
+    said = {text: where for text, where in shown.items() if "interface" in text.lower() and text != "Interface"}
+    assert not {text: where for text, where in said.items() if not any(words in text for words in node)}

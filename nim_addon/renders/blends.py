@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,6 +16,7 @@ from ..base.streams import quiet
 from ..base.text import nearest
 from .external import files_of, sha256_of
 
+NAMED = "scenes", "objects", "materials", "collections", "worlds"  # kinds of data whose names people are told
 ZSTD = b"\x28\xb5\x2f\xfd"  # the first bytes of a compressed file
 
 
@@ -70,13 +71,18 @@ class Blend:
         own: dict[str, object] = {"file": self.file, "scene": self.scene, "sha256": self.sha256}
         return {**own, "files": dict(self.files)} if self.files else own
 
-    def append(self) -> bpy.types.Scene:
+    def append(self, give_way: Callable[[bpy.types.ID], None] = lambda data: None) -> bpy.types.Scene:
         """Bring a copy of the scene into Blender's file, which becomes no other.
 
+        give_way: called with what of the open file has a name that sentences say of the other; it would be numbered there
         Raises ValueError, one sentence, where the file, or one of those that it is known to need, has changed.
         """
         self.from_record(self.record())
-        with quiet(), _opened(Path(self.file)) as (_, wanted):
+        with quiet(), _opened(Path(self.file)) as (held, wanted):
+            for kind in NAMED:
+                names = set(getattr(held, kind))
+                for same in [data for data in getattr(bpy.data, kind) if data.name in names and not data.library]:
+                    give_way(same)
             wanted.scenes.append(self.scene)
         scene = wanted.scenes[0]  # where names stood there is data now
         now = dict(files_of(scene)) if self.files else {}

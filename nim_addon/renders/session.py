@@ -132,7 +132,7 @@ class Session(Generic[Kind]):
         """The scene, made as it is asked for, but for its noise and its caustics."""
         request = self._asked
         if request.blend:
-            scene = request.blend.append()
+            scene = request.blend.append(self._temporary.give_way)
             self._own = Own(checks.engine_name(scene), scene.cycles.use_denoising)
             scene.render.engine = "CYCLES"  # which alone bends a ray backwards
             frames.beside(scene, Path(request.blend.file).parent)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable
 
 import bpy
@@ -22,6 +23,7 @@ class TemporaryScene:
         self._scene: bpy.types.Scene | None = None
         self._before: set | None = None
         self._aside: dict[bpy.types.Scene, str] = {}
+        self._names: dict[bpy.types.ID, str] = {}
 
     @property
     def scene(self) -> bpy.types.Scene:
@@ -35,6 +37,11 @@ class TemporaryScene:
             self._scene = self._make()
         return self._scene
 
+    def give_way(self, data: bpy.types.ID) -> None:
+        """Let data of the open file be called otherwise meanwhile, so that what comes with the scene keeps its own name."""
+        self._names[data] = data.name
+        data.name = f"{len(self._names)} of the open file"
+
     def __enter__(self) -> TemporaryScene:
         return self
 
@@ -44,6 +51,9 @@ class TemporaryScene:
         self._scene = None
         came = set(bpy.data.user_map()) - self._before
         bpy.data.batch_remove([data for data in came if not _is_render_result(data)])
+        for data, name in self._names.items():
+            with contextlib.suppress(ReferenceError):  # it is gone
+                data.name = name
         for scene, name in self._aside.items():
             scene[STAGE_MARK] = name
 

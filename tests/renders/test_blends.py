@@ -216,3 +216,27 @@ def test_at_a_frame_its_data_is_as_keyframes_and_drivers_have_it(blend, tmp_path
         node = ball.material_slots[0].material.node_tree.nodes["Moves"]
         assert (lamp.data.energy, ball.hide_render, node.outputs[0].default_value) == (8.0, False, 8.0)
         assert ball.modifiers["A.B"].count == 4
+
+
+def test_what_is_brought_in_keeps_its_name_beside_the_same_in_the_open_file(blend, tmp_path):
+    """Sentences named "Scene.001" where the person's scene is "Scene"."""
+
+    def named(scene):
+        bpy.data.scenes["Scene"].name = "Other"
+        scene.name, scene.camera.name = "Scene", "Cube"  # as in the file that Blender opens with
+        scene.objects["Sphere"].data.materials[0].name = "Material"
+
+    file = changed(blend, named, into=tmp_path / "named.blend")
+    with quiet():
+        bpy.ops.wm.read_homefile(use_factory_startup=True)
+    open_file = {(type(data).__name__, data.name) for data in bpy.data.user_map()} | {("Image", "Render Result")}
+    scene = bpy.context.scene
+    with Session(Request.of_blend(file, "Scene")) as session:
+        own = session.scene
+        assert (own.name, own.camera.name) == ("Scene", "Cube") and own != scene
+        assert own.objects["Sphere"].data.materials[0].name == "Material"
+        own.camera = None
+        with pytest.raises(RuntimeError, match="the scene 'Scene' has no camera"):
+            session.check()
+    assert {(type(data).__name__, data.name) for data in bpy.data.user_map()} <= open_file
+    assert bpy.context.scene == scene and scene.name == "Scene"

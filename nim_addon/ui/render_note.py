@@ -37,7 +37,30 @@ def _pictured(scene):
     editor = scene.sequence_editor if scene.render.use_sequencer else None
     strips = getattr(editor, "strips_all", None) or getattr(editor, "sequences_all", ())  # until 4.3
     seen = [strip for strip in strips if strip.type != "SOUND" and not strip.mute]
-    return {strip.scene for strip in seen if strip.type == "SCENE" and strip.scene} if seen else {scene}
+    if seen:
+        return {strip.scene for strip in seen if strip.type == "SCENE" and strip.scene}
+    tree = _compositor(scene)
+    if tree is None:
+        return {scene}
+    # those that it takes in: Blender renders no other, itself neither
+    return {node.scene or scene for node in _nodes(tree) if node.bl_idname == "CompositorNodeRLayers"}
+
+
+def _compositor(scene):
+    """The tree of nodes that makes the picture of a scene, None where there is none."""
+    if not scene.render.use_compositing:
+        return None
+    if hasattr(scene, "compositing_node_group"):  # from 5.0
+        return scene.compositing_node_group
+    return scene.node_tree if scene.use_nodes else None
+
+
+def _nodes(tree):
+    """All of a tree and of the groups in it."""
+    for node in tree.nodes:
+        yield node
+        if group := getattr(node, "node_tree", None):
+            yield from _nodes(group)
 
 
 def _worn(scene):

@@ -104,3 +104,30 @@ def test_a_report_is_made_of_it_beside_a_window(scene, press, capfd):
         assert press("nim.note_render") == {"CANCELLED"}
     assert press("nim.note_render", engine="EEVEE") == {"FINISHED"}
     assert "Warning: EEVEE cannot bend a ray backwards" in capfd.readouterr().out
+
+
+def compositor(scene):
+    """The nodes that make the picture of a scene, of which there are none."""
+    scene.render.use_compositing = True
+    if hasattr(scene, "compositing_node_group"):  # from 5.0
+        scene.compositing_node_group = bpy.data.node_groups.new("Compositor", "CompositorNodeTree")
+        return scene.compositing_node_group.nodes
+    scene.use_nodes = True
+    scene.node_tree.nodes.clear()
+    return scene.node_tree.nodes
+
+
+def test_of_a_compositor_those_scenes_count_that_it_takes_in(scene):
+    nodes = compositor(scene)
+    assert render_note.wrong_engine(scene) is None, "its picture shows no scene"
+    nodes.new("CompositorNodeRLayers").scene = scene
+    assert render_note.wrong_engine(scene) == "NIM_TEST_FLAT"
+    other = bpy.data.scenes.new("Other")
+    nodes[0].scene = other
+    assert render_note.wrong_engine(scene) is None
+    inner = compositor(other)
+    assert render_note.wrong_engine(other) is None
+    inner.new("CompositorNodeRLayers").scene = scene
+    assert render_note.wrong_engine(other) == "NIM_TEST_FLAT"
+    other.render.use_compositing = False
+    assert render_note.wrong_engine(other) is None

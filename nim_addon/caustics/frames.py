@@ -10,7 +10,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import bpy
 
@@ -116,11 +116,22 @@ def wanted(scene: bpy.types.Scene) -> tuple[int, int | None] | None:
         return None
     if frames:
         return frames.photons, frames.texels
-    report = collection and collection.get(REPORT)
-    if not report:  # of a script, which says nothing
-        return (PHOTONS, None) if collection else None
-    settings = list(report["settings"])  # empty where the bake was stopped before its end
-    return (int(settings[0]) * MILLION, int(settings[1])) if settings else (max(1, round(report["photons"])), None)
+    if collection is None:
+        return None
+    report = report_of(collection)
+    if report.get("settings"):  # empty where the bake was stopped before its end
+        return int(report["settings"][0]) * MILLION, int(report["settings"][1])
+    # a script says nothing of itself, an early version little
+    return max(1, round(report.get("photons", PHOTONS))), None
+
+
+def report_of(collection: bpy.types.Collection | None) -> dict[str, Any]:
+    """What is known of how caustics were baked, as REPORT has it, what a script or an early version left out left out."""
+    report = collection.get(REPORT) if collection else None
+    try:
+        return report.to_dict()
+    except AttributeError:  # None, or of a script
+        return {}
 
 
 @contextlib.contextmanager

@@ -282,7 +282,7 @@ def _doubled(sight, borders):
         obj = body.object
         worn = np.isin(body.slots(), list(body.media)) & body.solid.doubled
         if obj not in found and worn.any():
-            text = "{name} has {count} faces twice in the same place, so that one or the other is met by chance."
+            text = "{name} has faces twice in the same place ({count}), so that one or the other is met by chance."
             own = _own_or_shown(sight, body)
             # a wall between two bodies, once on each side, would still be there
             remedy = "Remove the second ones" if own and not own.backed.any() else None

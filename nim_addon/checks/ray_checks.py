@@ -99,7 +99,7 @@ def layers(sight: Sight) -> list[Problem]:
         samples = layer.samples if sight.scene.cycles.use_layer_samples != "IGNORE" else 0
         if 0 < samples < sight.scene.cycles.samples:
             values = {**values, "samples": samples, "all": sight.scene.cycles.samples}
-            text = "View layer {layer} renders {samples} samples, not the {all} of the scene."
+            text = "View layer {layer} has a number of samples of its own, {samples}, not the {all} of the scene."
             found.append(Problem("layer_samples", (text,), values, "Use the scene's"))
     return found
 

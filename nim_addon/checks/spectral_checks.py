@@ -52,7 +52,7 @@ def _shutter(scene):
         return [Problem("shutter", (text,), {"nm": wavelength.neutral()}, "Turn it on")]
     wrong = []
     if scene.render.motion_blur_shutter > 2 * spectral.SHUTTER_TIME:
-        wrong.append("The shutter is open for {open:g} frames: what moves meanwhile has edges in all colors.")
+        wrong.append("The shutter is open too long (frames: {open:g}): what moves meanwhile has edges in all colors.")
     if scene.render.motion_blur_position != spectral.SETTINGS["render.motion_blur_position"]:
         wrong.append("The shutter does not start on the frame, by which nodes tell the wavelength.")
     if scene.cycles.rolling_shutter_type != "NONE":

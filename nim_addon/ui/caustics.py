@@ -7,8 +7,8 @@ from bpy.app.translations import pgettext_iface
 from bpy.props import EnumProperty, IntProperty, PointerProperty
 
 from ..base.text import duration
-from ..caustics import MILLION, REPORT, baked
-from ..caustics.frames import frames_of
+from ..caustics import MILLION, baked
+from ..caustics.frames import frames_of, report_of
 from . import caustics_bake, caustics_frames, caustics_looks, viewport
 from .panels import Sidebar, draw_sentence
 
@@ -103,7 +103,10 @@ def _draw_known(layout, context, known):
     if known.surfaces:
         text = pgettext_iface("Light lands on copies of {names}, hidden meanwhile").format(names=known.surfaces)
         draw_sentence(column, context, text, "BLANK1")
-    if known.report:
+    if known.report and not {"photons", "seconds", "megabytes", "settings"} <= known.report.keys():
+        text = pgettext_iface("How these were traced, by an early version, is not known: bake again")
+        draw_sentence(column, context, text, "INFO")
+    elif known.report:
         report = known.report
         text = pgettext_iface("{millions} million photons in {time}, {size:.0f} MB").format(
             millions=caustics_bake.millions(report["photons"]),
@@ -127,8 +130,7 @@ def keep_photons(*_) -> None:
     """Called by Blender after it opened a file: what an earlier version baked by its default, 16 million, goes on with that."""
     for scene in bpy.data.scenes:
         kept, collection = frames_of(scene), baked(scene)
-        report = collection and collection.get(REPORT)
-        settings = list(report["settings"]) if report else []  # empty where the bake was stopped before its end
+        settings = report_of(collection).get("settings")  # empty where the bake was stopped before its end
         photons = kept.photons // MILLION if kept else int(settings[0]) if settings else 0
         if photons and not scene.nim_caustics.is_property_set("photons"):
             scene.nim_caustics.photons = photons

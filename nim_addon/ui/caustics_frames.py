@@ -133,7 +133,7 @@ class FramesRun:
         if self.stopped:
             text = pgettext_rpt("Stopped in frame {}; the same button goes on from there")
             return text.format(self.numbers[self.index])
-        text = pgettext_rpt("Caustics of {count} frames are kept in {folder} ({traced} traced now)")
+        text = pgettext_rpt("Caustics are kept in {folder} (frames: {count}, of which traced now: {traced})")
         count = len(self.numbers) - len(self.dark)
         return text.format(count=count, folder=bpy.path.abspath(self.frames.folder), traced=self.traced)
 

@@ -28,10 +28,9 @@ class Known:
         collection = caustics.baked(scene)
         self.baked = collection is not None
         self.surfaces = surfaces_of(scene)
-        report = collection.get(caustics.REPORT) if self.baked else None
-        self.report = report.to_dict() if report else None  # a script's own bake says nothing of itself
+        self.report = report = frames.report_of(collection)  # a script's own bake says nothing of itself
         # photons of a bake that was stopped before it had traced them; else 0
-        self.asked = self.report.get("asked", 0) if report and not self.report["settings"] else 0
+        self.asked = report.get("asked", 0) if not report.get("settings") and "photons" in report else 0
         self.left = caustics.left(scene) or frames.frames_of(scene) is not None
         self.kept = frames.kept(scene, range(scene.frame_start, scene.frame_end + 1, scene.frame_step))
         self.lacks_floor = landing.lacks_floor(scene)
@@ -71,7 +70,7 @@ def up_to_date(scene: bpy.types.Scene) -> bool:
     settings = scene.nim_caustics
     if not LOOKS.is_fresh(scene) or known.stale or not known.report:
         return False
-    return list(known.report["settings"]) == [str(settings.photons), settings.texels, str(settings.seed)]
+    return list(known.report.get("settings", ())) == [str(settings.photons), settings.texels, str(settings.seed)]
 
 
 def left(scene: bpy.types.Scene) -> bool:

@@ -158,7 +158,7 @@ class NIM_OT_sweep(bpy.types.Operator):
             return fail(self, str(error))
         except OSError as error:
             return fail(self, pgettext_rpt("The sweep could not be started: {}").format(error))
-        said = pgettext_rpt("Rendering {} pictures in the background").format(len(tasks))
+        said = pgettext_rpt("Rendering in the background (pictures: {})").format(len(tasks))
         if left_out:
             said += " " + pgettext_rpt("({} left out: {})").format(len(left_out), left_out[0].rstrip("."))
         self.report({"INFO"}, said)
@@ -220,7 +220,7 @@ class NIM_PT_sweep(Sidebar, bpy.types.Panel):
         if count > MOST:
             draw_sentence(layout, context, pgettext_iface("Too many pictures; take fewer values"), "ERROR")
         row = layout.row(align=True)
-        text = pgettext_iface("Sweep, {} pictures").format(count)
+        text = pgettext_iface("Sweep (pictures: {})").format(count)
         row.operator("nim.sweep", text=text, icon="RENDER_ANIMATION", translate=False)
         row.operator("nim.open_sweep", text="", icon="URL")
 

@@ -241,7 +241,7 @@ def test_edges_that_a_neighbour_divides_are_no_hole(scene):
 def test_faces_twice_in_one_mesh(scene):
     obj = add("Box", NIM, box(2), box(2))
     (problem,) = found(scene)
-    assert problem.code == "doubled" and "6 faces twice" in problem.sentence
+    assert problem.code == "doubled" and "faces twice in the same place (6)" in problem.sentence
     checks.mend(scene)
     assert len(obj.data.polygons) == 6 and codes(scene) == []
 

@@ -146,6 +146,19 @@ def test_a_new_scene_is_traced_quickly_and_what_was_baked_goes_on_as_it_was(scen
     assert photons == {"Scene": 16, "Frames": 16, "Chosen": 2, "New": 4}
 
 
+@pytest.mark.parametrize("report", [{"photons": 20000.0}, {"size": 1}, 3])
+def test_a_report_of_an_early_version_is_unknown_in_what_it_lacks(scene, press, report):
+    press("nim.bake_caustics")
+    collection = engine.baked(scene)
+    collection[engine.REPORT] = report
+    caustics.keep_photons()
+    assert known(scene).report == (report if isinstance(report, dict) else {})
+    assert ("not known: bake again" in drawn(scene)) == isinstance(report, dict)
+    scene.objects["Ball"].location.x += 0.1
+    scene.view_layers[0].update()
+    assert frames.wanted(scene) == (20000 if report == {"photons": 20000.0} else engine.PHOTONS, None)
+
+
 def test_it_is_out_of_date_by_what_counts_and_by_nothing_else(scene, press):
     press("nim.bake_caustics")
     scene.camera.location.x += 1

@@ -112,6 +112,11 @@ class Tracer:
         with as_rendered(self.source) as depsgraph:
             can_shine = landing.replaceable(depsgraph)
             for surface in landing.met(self.source, depsgraph):
+                if meshes.placeless(surface.mesh).any():
+                    raise ValueError(
+                        f"{surface.original.name} has vertices whose coordinates are no finite numbers; remove them, by Mend "
+                        "All, or hide it from renders."
+                    )
                 copy, bends, box = self._add(surface, depsgraph, can_shine(surface))
                 if copy is None:
                     continue
@@ -125,8 +130,8 @@ class Tracer:
             )
         if not self.charts:
             seen = set(rendered(self.source))
-            meshes = [obj for obj in self.source.objects if obj.type == "MESH" and not obj.get(CAUSTICS_MARK)]
-            if hidden := listed(obj.name for obj in meshes if obj not in seen):
+            own = [obj for obj in self.source.objects if obj.type == "MESH" and not obj.get(CAUSTICS_MARK)]
+            if hidden := listed(obj.name for obj in own if obj not in seen):
                 raise ValueError(
                     f"the scene has no diffuse surface for light to land on (hidden from renders: {hidden}); show one in "
                     "renders, by the camera in the Outliner, or add a ground or a floor."

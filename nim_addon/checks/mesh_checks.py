@@ -13,7 +13,7 @@ import bpy
 import bmesh
 import numpy as np
 
-from ..cycles import visibility
+from ..cycles import meshes, visibility
 from ..cycles.problem import Problem, about, own_data
 from . import loss_checks, media_checks, place_checks
 from .borders import Borders
@@ -37,10 +37,42 @@ SMOOTH = 0.87
 
 def find(sight: Sight) -> list[Problem]:
     """The Problems of the meshes that wear an interface, of where they are, and of the media that border on them."""
+    placeless = _placeless(sight)
     borders = Borders(survey(sight))
     own = _normals(sight, borders) + _holes(sight, borders) + _doubled(sight, borders)
     own += media_checks.find(borders) + loss_checks.find(sight, borders)
-    return own + place_checks.find(sight, borders.around)
+    own += place_checks.find(sight, borders.around)
+    # whose shape is not known: what else is said of it would be of another
+    unknown = {name for problem in placeless for name in problem.objects}
+    return placeless + [problem for problem in own if not unknown & set(problem.objects)]
+
+
+# --------------------------------------------------------------------------------- vertices that are nowhere
+
+
+def _placeless(sight):
+    found = {}
+    for shown in sight.shown:
+        obj = shown.original
+        if obj in found or (sight.limit is not None and len(shown.mesh.polygons) > sight.limit):
+            continue
+        count = sight.measured(shown, "placeless", lambda mesh: int(meshes.placeless(mesh).sum()))
+        if count:
+            own = obj.type == "MESH" and meshes.placeless(obj.data).any()
+            text = (
+                "{name} has vertices whose coordinates are no finite numbers ({count}), so that its shape is not known."
+            )
+            remedy = "Remove these vertices" if own else None
+            found[obj] = about(obj, "placeless", text, remedy, None, not own and obj.type == "MESH", count=count)
+    return list(found.values())
+
+
+def _remove_placeless(scene, problem):
+    for mesh in own_data(problem):
+        lost = np.flatnonzero(meshes.placeless(mesh)).tolist()
+        with edited(mesh) as shape:
+            shape.verts.ensure_lookup_table()
+            bmesh.ops.delete(shape, geom=[shape.verts[vertex] for vertex in lost], context="VERTS")
 
 
 # ---------------------------------------------------------------------------------------------------- normals
@@ -339,6 +371,7 @@ MENDS = {
     "open": _close,
     "open_volume": _close,
     "doubled": _remove_doubled,
+    "placeless": _remove_placeless,
 }
 # Of all Problems that find() may find.
 CODES = {*MENDS, "coarse", "far"}

@@ -76,7 +76,8 @@ class Meshes:
     maps each object (its original) to the two corners of its interfaces, and is empty where there is none; `low` and `high`
     are those of all, `size` the distance between them. `gap` is more than the rounding of a hit, for trace(): Blender's trees
     find the face, in single precision, and where a ray meets it is worked out again in double. `left_out` names the objects
-    whose meshes have more faces than `kept` allows: rays pass through them.
+    whose meshes have more faces than `kept` allows, `placeless` those with a vertex whose coordinates are no finite numbers: rays
+    pass through them.
 
     kept: what of the meshes may be known already, and is to be known the next time
 
@@ -87,7 +88,7 @@ class Meshes:
     def __init__(self, surfaces: Iterable[Shown], depsgraph: bpy.types.Depsgraph, kept: Kept | None = None):
         self.interfaces: list[Interface | Law] = []
         self.bounds = {}
-        self.unknown, self.rough, self.left_out = set(), set(), set()
+        self.unknown, self.rough, self.left_out, self.placeless = set(), set(), set(), set()
         self._bodies, boxes, known_materials = [], [], {}
         kept = Kept() if kept is None else kept
         far = 0.0
@@ -100,6 +101,9 @@ class Meshes:
                 continue
             if mesh.faces > kept.largest:
                 self.left_out.add(surface.original.name)
+                continue
+            if not (np.abs(mesh.box) < meshes.ENDLESS).all():
+                self.placeless.add(surface.original.name)
                 continue
             for material in surface.materials:
                 if material not in known_materials:

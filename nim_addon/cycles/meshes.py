@@ -10,6 +10,8 @@ import mathutils
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
+ENDLESS = 1e15  # times the unit: single precision has no areas of what is larger
+
 
 def read(items: bpy.types.bpy_prop_collection, name: str, width: int = 1, dtype: DTypeLike = np.float32) -> NDArray:
     """The property `name` of all items of a Blender collection: (N, width), or (N,) where the width is 1.
@@ -36,6 +38,11 @@ def vertices(mesh: bpy.types.Mesh, matrix: mathutils.Matrix | ArrayLike | None =
     """(V, 3) places of the vertices: float32 in the mesh's own coordinates, or float64 where a `matrix` (4, 4) puts them."""
     points = _built_in(mesh, "position", "vector", mesh.vertices, "co", 3)
     return points if matrix is None else moved(points, matrix)
+
+
+def placeless(mesh: bpy.types.Mesh) -> NDArray:
+    """(V,) whether a vertex has a coordinate that is no number, or infinite, as more than ENDLESS is to a render."""
+    return ~(np.abs(vertices(mesh)) < ENDLESS).all(axis=1)
 
 
 def moved(points: ArrayLike, matrix: mathutils.Matrix | ArrayLike) -> NDArray:

@@ -25,6 +25,8 @@ def surfaces_of(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, kept: Ke
     """
     # ours stop no rays
     surfaces = Meshes((seen for seen in shown(scene, depsgraph) if not seen.original.get(PATHS_MARK)), depsgraph, kept)
+    if not surfaces.bounds and surfaces.placeless:
+        raise ValueError(_of_placeless(surfaces))
     if not surfaces.bounds:
         raise ValueError(
             pgettext_rpt("Light paths: {objects} have too many faces to be followed live; make curves instead").format(
@@ -75,6 +77,8 @@ def warning(surfaces: Meshes, drawn: list[Paths], bounces: int) -> str | None:
         return pgettext_rpt(
             "Rays pass through {objects}, with too many faces to be followed live; make curves instead"
         ).format(objects=", ".join(sorted(surfaces.left_out)))
+    if surfaces.placeless:
+        return _of_placeless(surfaces)
     # of the rays that met an interface
     total = stopped = lost = 0.0
     for paths in drawn:
@@ -101,3 +105,8 @@ def warning(surfaces: Meshes, drawn: list[Paths], bounces: int) -> str | None:
             "{materials} is rough: rays are drawn as if it were smooth, where most of the light goes"
         ).format(materials=", ".join(sorted(surfaces.rough)))
     return None
+
+
+def _of_placeless(surfaces):
+    text = pgettext_rpt("Rays pass through {objects}, with vertices whose coordinates are no finite numbers: remove them")
+    return text.format(objects=", ".join(sorted(surfaces.placeless)))

@@ -137,6 +137,16 @@ def test_without_interface_or_receiver(missing, empty_file, one_sentence):
     assert "NIM photons" not in bpy.data.scenes
 
 
+@pytest.mark.parametrize("name", ["Surface", "Floor"])
+def test_a_vertex_that_is_nowhere_is_said(name, empty_file, one_sentence):
+    scene = stage_of(Medium(-1.33), "nodes")
+    scene.objects[name].data.vertices[0].co.x = np.nan
+    with pytest.raises(ValueError) as error, Tracer(scene):
+        pass
+    one_sentence(error.value, name, "no finite numbers")
+    assert "NIM photons" not in bpy.data.scenes
+
+
 def test_a_lamp_under_a_surface_of_one_face_stands_within_the_medium(empty_file, one_sentence):
     """Wherever it stands: its rays at the corners of the face miss it by a rounding now and then."""
     with Tracer(stage_of(Medium(1.33), "nodes")) as tracer:

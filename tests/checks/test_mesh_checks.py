@@ -319,3 +319,19 @@ def test_numbers_that_no_mesh_should_have(scene, value):
     obj.scale.x = value
     found(scene)
     checks.mend(scene)
+
+
+@pytest.mark.parametrize("number", [np.nan, np.inf])
+@pytest.mark.parametrize("name", ["Ball", "Floor"])
+def test_a_vertex_that_is_nowhere_is_said_and_removed(scene, name, number):
+    objects = {"Ball": add("Ball", NIM, ball(1)), "Floor": add("Floor", None, sheet(9, (0, 0, -2)))}
+    mesh = objects[name].data
+    count = len(mesh.vertices)
+    mesh.vertices[5].co.x = number
+    mesh.update()
+    (problem,) = found(scene)
+    assert problem.sentence == (
+        f"{name} has vertices whose coordinates are no finite numbers (1), so that its shape is not known."
+    )
+    checks.mend(scene, "placeless")
+    assert len(mesh.vertices) == count - 1 and "placeless" not in codes(scene)

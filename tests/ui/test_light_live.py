@@ -189,6 +189,16 @@ def test_a_mesh_that_is_too_large_is_left_out_and_named(scene, monkeypatch):
     assert made.traced[0].paths.which.max() == 0
 
 
+def test_a_mesh_with_a_vertex_that_is_nowhere_is_named(scene):
+    ball = a_ball()
+    ball.data.vertices[0].co.x = np.nan
+    ball.data.update()
+    scene.cursor.location = (0, 0, 3)
+    assert "pass through NIM, with vertices whose coordinates are no finite numbers" in look().sentence
+    add_interface(1.5, shapes.rectangle((-1, -1), (1, 1), 2.0))
+    assert "pass through NIM, with vertices" in look().sentence
+
+
 # ---------------------------------------------------------------- following
 
 

@@ -43,7 +43,7 @@ def _pictured(scene):
     if tree is None:
         return {scene}
     # those that it takes in: Blender renders no other, itself neither
-    return {node.scene or scene for node in _nodes(tree) if node.bl_idname == "CompositorNodeRLayers"}
+    return {node.scene or scene for node in _nodes(tree) if node.type == "R_LAYERS"}
 
 
 def _compositor(scene):

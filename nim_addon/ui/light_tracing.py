@@ -108,5 +108,7 @@ def warning(surfaces: Meshes, drawn: list[Paths], bounces: int) -> str | None:
 
 
 def _of_placeless(surfaces):
-    text = pgettext_rpt("Rays pass through {objects}, with vertices whose coordinates are no finite numbers: remove them")
+    text = pgettext_rpt(
+        "Rays pass through {objects}, with vertices whose coordinates are no finite numbers: remove them"
+    )
     return text.format(objects=", ".join(sorted(surfaces.placeless)))

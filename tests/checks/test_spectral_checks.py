@@ -63,7 +63,7 @@ def bent_curve(scene):
     "spoil, words",
     [
         (blur_off, "Motion Blur is off"),
-        (real_blur, "0.5 frames"),
+        (real_blur, "frames: 0.5"),
         (centred, "does not start on the frame"),
         (rolling, "rolls"),
         (bent_curve, "not flat"),

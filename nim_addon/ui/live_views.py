@@ -93,7 +93,7 @@ vec3 encoded(vec3 color)
 {
   vec3 low = color * 12.92;
   vec3 high = 1.055 * pow(max(color, vec3(0.0)), vec3(1.0 / 2.4)) - 0.055;
-  return mix(high, low, lessThan(color, vec3(0.0031308)));
+  return mix(low, high, step(vec3(0.0031308), color));
 }
 
 void main()

@@ -22,9 +22,10 @@ def actions_of(owner: bpy.types.ID) -> list[bpy.types.Action]:
 
 
 def settle(scene: bpy.types.Scene, used: Iterable[bpy.types.ID]) -> None:
-    """Let what a scene uses have the values, but for custom properties, that keyframes and drivers give it at the scene's frame.
+    """Let what a scene uses have the values that keyframes and drivers give it at the scene's frame.
 
-    Blender evaluates them for every scene, but writes back only those of the one in the window.
+    Blender evaluates them for every scene, but writes back only those of the one in the window. Of what is
+    hidden in the viewport it evaluates none: that is settled within visibility.as_rendered().
     """
     depsgraph = scene.view_layers[0].depsgraph
     for data in used:

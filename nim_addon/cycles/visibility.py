@@ -118,6 +118,7 @@ def as_rendered(scene: bpy.types.Scene) -> Iterator[bpy.types.Depsgraph]:
                     put(modifier, "show_in_editmode", True)
                 if hasattr(modifier, "render_levels"):
                     put(modifier, "levels", modifier.render_levels)
+        _wake(owner for owner, name, _ in changed if name == "hide_viewport")
         # not the context's, which a render that changes the frame, in a thread of its own, must not touch
         view.update()
         yield view.depsgraph
@@ -127,6 +128,19 @@ def as_rendered(scene: bpy.types.Scene) -> Iterator[bpy.types.Depsgraph]:
         for owner, name, value in reversed(changed):
             setattr(owner, name, value)
         _close_eyes(scene, closed, True)
+
+
+def _wake(hidden):
+    """Let keyframes move objects that were hidden, or were in collections that were.
+
+    Blender evaluates them as they appear, but their keyframes not before the frame changes.
+    """
+    objects = set()
+    for one in hidden:
+        objects.update(one.all_objects if isinstance(one, bpy.types.Collection) else [one])
+    for obj in objects:
+        if obj.animation_data:
+            obj.update_tag(refresh={"TIME"})
 
 
 def _close_eyes(scene, places, closed):

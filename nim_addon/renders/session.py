@@ -15,7 +15,7 @@ import bpy
 from .. import caustics, checks
 from ..base.files import writable_folder
 from ..caustics import frames
-from ..cycles import render, spectral, spectral_picture
+from ..cycles import render, spectral, spectral_picture, visibility
 from ..cycles.animation import settle
 from ..cycles.images import record_of
 from ..cycles.material import resolve
@@ -139,7 +139,10 @@ class Session(Generic[Kind]):
             if request.frame is not None:
                 with frames.as_they_are():
                     scene.frame_set(request.frame)
-                settle(scene, {scene, *used_by(scene)})
+                    settle(scene, {scene, *used_by(scene)})
+                    with visibility.as_rendered(scene):  # what is hidden in the viewport alone is not evaluated before
+                        scene.frame_set(request.frame)
+                        settle(scene, {scene, *used_by(scene)})
             request = _as_in(scene, request)
             for key, number in request.inputs or ():
                 set_input(scene, key, number)

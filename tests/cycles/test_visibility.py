@@ -263,3 +263,24 @@ def test_an_object_that_is_edited_is_shown_as_a_render_has_it(scene, modifier):
     assert places() == outside and len(outside[0]) >= 8
     assert not modifier or bpy.context.object.modifiers[0].show_in_editmode == (modifier == "SUBSURF")
     bpy.ops.object.mode_set(mode="OBJECT")
+
+
+@pytest.mark.parametrize("by", ["object", "collection"])
+def test_what_only_the_viewport_hides_stands_where_its_keyframes_have_it(scene, nim, by):
+    """Blender evaluates no keyframes of it as the frame changes, nor as it appears."""
+    thing = box(scene, nim)
+    if by == "collection":
+        held = bpy.data.collections.new("Held")
+        scene.collection.children.link(held)
+        scene.collection.objects.unlink(thing)
+        held.objects.link(thing)
+    for frame, height in ((3, 7.0), (1, 0.0)):
+        thing.location.z = height
+        thing.keyframe_insert("location", frame=frame)
+    scene.frame_set(1)
+    (thing if by == "object" else held).hide_viewport = True
+    for frame, height in ((3, 7.0), (1, 0.0)):
+        scene.frame_set(frame)
+        with as_rendered(scene) as depsgraph:
+            (one,) = shown(scene, depsgraph)
+            assert one.matrix.translation.z == height

@@ -207,6 +207,13 @@ def test_at_a_frame_its_data_is_as_keyframes_and_drivers_have_it(blend, tmp_path
             lamp.data.keyframe_insert("energy", frame=frame)
             ball.keyframe_insert("hide_render", frame=frame)
             node.outputs[0].keyframe_insert("default_value", frame=frame)
+        hidden = bpy.data.objects.new("Hidden", bpy.data.lights.new("Hidden", "POINT"))
+        scene.collection.objects.link(hidden)
+        for frame, height in ((3, 7.0), (1, 0.0)):  # the saved one last, which nothing evaluates anew
+            hidden.location.z = hidden.data.energy = hidden["own"] = height
+            for owner, path in ((hidden, "location"), (hidden, '["own"]'), (hidden.data, "energy")):
+                owner.keyframe_insert(path, frame=frame)
+        hidden.hide_viewport = True  # which a render does not ask
         ball.modifiers.new("A.B", "ARRAY").driver_add("count").driver.expression = "frame + 1"
         scene.frame_set(1)
 
@@ -216,6 +223,8 @@ def test_at_a_frame_its_data_is_as_keyframes_and_drivers_have_it(blend, tmp_path
         node = ball.material_slots[0].material.node_tree.nodes["Moves"]
         assert (lamp.data.energy, ball.hide_render, node.outputs[0].default_value) == (8.0, False, 8.0)
         assert ball.modifiers["A.B"].count == 4
+        hidden = session.scene.objects["Hidden"]
+        assert (hidden.location.z, hidden.data.energy, hidden["own"]) == (7.0, 7.0, 7.0) and hidden.hide_viewport
 
 
 def test_what_is_brought_in_keeps_its_name_beside_the_same_in_the_open_file(blend, tmp_path):

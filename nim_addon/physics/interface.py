@@ -69,7 +69,7 @@ def unit(vectors: ArrayLike) -> NDArray:
     return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
 
 
-def refracted(d: NDArray, normal: NDArray, cos_i: NDArray, n_i: ArrayLike, n_t: ArrayLike) -> NDArray:
+def refracted(d: NDArray, normal: NDArray, cos_i: NDArray, n_i: NDArray, n_t: NDArray) -> NDArray:
     """Interface.refract of rays between media of their own: directions (..., 3), NaN where none goes on.
 
     d, normal: (..., 3) unit vectors, the normals against the rays; cos_i, n_i, n_t: (..., 1)
@@ -80,7 +80,7 @@ def refracted(d: NDArray, normal: NDArray, cos_i: NDArray, n_i: ArrayLike, n_t: 
 
 
 def reflectances(
-    cos_i: NDArray, n_i: ArrayLike, n_t: ArrayLike, Z_i: ArrayLike, Z_t: ArrayLike
+    cos_i: NDArray, n_i: NDArray | float, n_t: NDArray | float, Z_i: NDArray | float, Z_t: NDArray | float
 ) -> tuple[NDArray, NDArray]:
     """R_s and R_p (...) between media without loss, of indices n and impedances Z (thesis 4.2, 4.3); all broadcast."""
     cos_t = _cos_t(n_i, n_t, cos_i)
@@ -91,7 +91,7 @@ def reflectances(
     return np.where(total, 1.0, np.square(r_s)), np.where(total, 1.0, np.square(r_p))
 
 
-def amplitudes(cos_i: NDArray, q: ArrayLike, Z_i: ArrayLike, Z_t: ArrayLike) -> Amplitudes:
+def amplitudes(cos_i: NDArray, q: NDArray | complex, Z_i: NDArray | complex, Z_t: NDArray | complex) -> Amplitudes:
     """Interface.amplitudes of rays between media of their own: q = n_i / n_t and impedances Z, complex; all broadcast."""
     cos2_t = (1 - q) * (1 + q) + q * q * cos_i * cos_i
     cos_t = np.sqrt(cos2_t + 0j)  # which makes an imaginary part of -0.0, whose root lies below, 0.0

@@ -88,7 +88,7 @@ class Blend:
         now = dict(files_of(scene)) if self.files else {}
         for file, mark in self.files:
             if now.get(file) != mark:
-                raise _changed(file, then=mark, now=now.get(file))
+                raise _changed(file, then=mark, now=now.get(file, ""))
         return scene
 
 

@@ -328,8 +328,10 @@ def source_of(socket: bpy.types.NodeSocket, path: tuple = ()) -> tuple[bpy.types
 def end_of(socket: bpy.types.NodeSocket, path: tuple = ()) -> tuple[bpy.types.NodeSocket, tuple]:
     """The output that feeds an input in the end, or the unlinked input whose value counts; and its path."""
     while True:
+        if socket.is_output or not socket.is_linked:  # quick, where `links` looks through all of the tree's
+            return socket, path
         links = [link for link in socket.links if link.is_valid and not link.is_muted]
-        if socket.is_output or not links:
+        if not links:
             return socket, path
         output = links[0].from_socket
         node = output.node

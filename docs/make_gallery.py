@@ -82,7 +82,7 @@ def _picture(folder, record):
 
 def _sum(sections):
     summaries = re.findall(
-        r"^<summary>(\d+) claims, (?:all hold|(\d+) FAIL)</summary>$", "\n".join(sections), re.MULTILINE
+        r"^<summary>(\d+) claims?, (?:all hold|(\d+) FAIL)</summary>$", "\n".join(sections), re.MULTILINE
     )
     claims, failed = (sum(int(number or 0) for number in numbers) for numbers in zip(*summaries, strict=True))
     verdict = f"{failed} of {claims} claims fail" if failed else f"all {claims} claims hold"
@@ -105,7 +105,8 @@ def _section(record, picture):
 
 def _table(claims):
     holding = sum(claim["holds"] for claim in claims)
-    summary = f"{len(claims)} claims, {'all hold' if holding == len(claims) else f'{len(claims) - holding} FAIL'}"
+    outcome = "all hold" if holding == len(claims) else f"{len(claims) - holding} FAIL"
+    summary = f"{len(claims)} claim{'s' * (len(claims) != 1)}, {outcome}"
     opened = "" if len(claims) > LONG else " open"
     rows = [
         f"| {_escaped(claim['text'])}{'' if claim['holds'] else ' **(fails)**'} | {claim['predicted']:.5g} | "

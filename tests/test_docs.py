@@ -189,7 +189,7 @@ def test_the_gallery_is_written_from_the_records_of_runs(gallery, tmp_path):
     text = gallery.PAGE.read_text(encoding="utf-8")
     assert text.startswith(f"By hand.\n{gallery.PAGE_MARK}\n") and "Old." not in text
     assert text.index("## 5.9 A title") < text.index("## 5.10 A title")
-    assert "2 figures; 1 of 2 claims fail" in text and "1 claims, 1 FAIL" in text
+    assert "2 figures; 1 of 2 claims fail" in text and "1 claim, 1 FAIL" in text
     assert r"| \|n\| | 1 | 1 | 0.1 | m |" in text, "5.10 is not the first folder's"
     picture = oiio.ImageBuf(str(tmp_path / "figure-5.10.jpg"))
     assert (picture.spec().width, picture.spec().height) == (1600, 267)

@@ -23,6 +23,11 @@ def listed(names: Iterable[str], most: int = 3) -> str:
     return ", ".join(names[:most]) + ("..." if len(names) > most else "")
 
 
+def counted(count: int, thing: str) -> str:
+    """So many things, "1 sample" or "2 samples", in words of a sentence."""
+    return f"{count} {thing}" + "s" * (count != 1)
+
+
 def in_any_case(word: str, known: Iterable[str]) -> str:
     """The one of the `known` names that a person's `word` is, whatever its case; else the word."""
     return next((name for name in known if name.lower() == word.lower()), word)

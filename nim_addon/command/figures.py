@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from ..base import records
-from ..base.text import in_any_case
+from ..base.text import counted, in_any_case
 from . import blender, words
 from .report import FAILURE, Bar, at_terminal
 from .words import UsageError
@@ -106,6 +106,6 @@ def _print(record: dict, arguments: argparse.Namespace) -> None:
     verdict = f"FAIL: {failed} of" if failed else "PASS"
     where = Path(arguments.out) / record["picture"]
     print(
-        f"{verdict} figure {record['figure']}, {len(record['claims'])} claims, {record['seconds']:.0f} s: {where}",
+        f"{verdict} figure {record['figure']}, {counted(len(record['claims']), 'claim')}, {record['seconds']:.0f} s: {where}",
         flush=True,
     )

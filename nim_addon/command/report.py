@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 from ..base.streams import opened
-from ..base.text import duration, printable, said_by
+from ..base.text import counted, duration, printable, said_by
 
 USAGE, FAILURE = 2, 1  # exit codes: what was asked for makes no sense, or could not be done
 LONGEST_SAID = 600  # letters of a sentence
@@ -142,7 +142,7 @@ class Output:
         elif not self.quiet and sys.stdout.isatty():
             width, height = size
             seconds = time.monotonic() - self.started
-            print(f"{width} x {height}, {samples} samples, {seconds:.1f} s")
+            print(f"{width} x {height}, {counted(samples, 'sample')}, {seconds:.1f} s")
 
     def _print(self, message: dict) -> None:
         print(json.dumps(message), file=self.stream, flush=True)

@@ -8,6 +8,7 @@ from urllib.parse import quote
 
 from ..base import records
 from ..base.files import files_to
+from ..base.text import counted
 from ..base.version import VERSION
 from .recipes import in_order
 
@@ -78,7 +79,7 @@ def _page(figures):
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f"<title>{TITLE}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n"
-        f"<h1>{TITLE}</h1>\n<p>{len(figures)} figure{'s' * (len(figures) != 1)}, {verdict}. Each claim is a number, "
+        f"<h1>{TITLE}</h1>\n<p>{counted(len(figures), 'figure')}, {verdict}. Each claim is a number, "
         "predicted by theory or by rays traced without the renderer (in C.2, by its path tracer), and measured in a render.</p>\n"
         f"<ol>{contents}</ol>\n{''.join(map(_figure, figures))}</body>\n</html>\n"
     )

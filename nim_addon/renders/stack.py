@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from ..base.files import check_name, check_targets, whole, writable_folder
 from ..base.options import MOST_SAMPLES, MOST_WAVELENGTHS
+from ..base.text import counted
 from ..cycles import render, settings, spectral, spectral_images, wavelength
 from ..cycles.spectral_picture import part_of
 from ..physics import colour
@@ -151,7 +152,7 @@ def _checked(wavelengths):
     except TypeError:
         raise ValueError(f"wavelengths = {wavelengths!r} are none; give some, in nanometres.") from None
     if not 2 <= len(found) <= MOST_WAVELENGTHS:
-        count = f"{len(found)} wavelength" + "s" * (len(found) != 1)
+        count = counted(len(found), "wavelength")
         raise ValueError(
             f"a stack of {count} is none that can be made; give 2 to {MOST_WAVELENGTHS}, such as 400:700:10."
         )

@@ -17,7 +17,7 @@ from pathlib import Path
 
 from ..base import records
 from ..base.files import whole
-from ..base.text import in_any_case
+from ..base.text import counted, in_any_case
 from ..figures import quantities  # whose probes a plan may have
 from ..renders.asked import known
 from ..renders.request import Request, digest
@@ -147,7 +147,9 @@ def split(task: Task, parts: int) -> list[Task]:
     """
     samples = known(task.request.samples)
     if not 1 <= parts <= samples:
-        raise ValueError(f"--split {parts} parts {samples} samples; give a whole number from 1 to {samples}.")
+        raise ValueError(
+            f"--split {parts} parts {counted(samples, 'sample')}; give a whole number from 1 to {samples}."
+        )
     ends = [samples * place // parts for place in range(parts + 1)]
     request = dataclasses.replace(task.request, spectral_passes=1) if task.request.spectral else task.request
     return [Task(request, task.values, (first, end - first)) for first, end in itertools.pairwise(ends)]

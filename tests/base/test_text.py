@@ -3,7 +3,7 @@
 
 import pytest
 
-from nim_addon.base.text import said_by
+from nim_addon.base.text import counted, said_by
 
 
 @pytest.mark.parametrize(
@@ -12,3 +12,7 @@ from nim_addon.base.text import said_by
 )
 def test_an_error_says_something_in_one_line(error, said):
     assert said_by(error) == said
+
+
+def test_what_is_counted_is_one_or_many():
+    assert [counted(count, "sample") for count in (0, 1, 2)] == ["0 samples", "1 sample", "2 samples"]

@@ -101,11 +101,14 @@ def as_rendered(scene: bpy.types.Scene) -> Iterator[bpy.types.Depsgraph]:
             setattr(owner, name, value)
 
     closed = [place for place, layer in enumerate(_layers(scene)) if layer.hide_viewport]
+    asleep = [obj for obj in scene.objects if not obj.visible_get(view_layer=view)]
     try:
         for layer in _layers(scene):
             put(layer.collection, "hide_viewport", False)
         _close_eyes(scene, closed, False)
         shown = set(rendered(scene))
+        # of what its keyframes may show now, that is known only once it is evaluated
+        shown.update(obj for obj in asleep if obj.animation_data and obj.name in view.objects)
         for obj in scene.objects:
             if obj in shown:
                 put(obj, "hide_viewport", False)
@@ -118,7 +121,9 @@ def as_rendered(scene: bpy.types.Scene) -> Iterator[bpy.types.Depsgraph]:
                     put(modifier, "show_in_editmode", True)
                 if hasattr(modifier, "render_levels"):
                     put(modifier, "levels", modifier.render_levels)
-        _wake(owner for owner, name, _ in changed if name == "hide_viewport")
+        for obj in asleep:
+            if obj in shown:
+                _wake(obj)
         # not the context's, which a render that changes the frame, in a thread of its own, must not touch
         view.update()
         yield view.depsgraph
@@ -130,17 +135,16 @@ def as_rendered(scene: bpy.types.Scene) -> Iterator[bpy.types.Depsgraph]:
         _close_eyes(scene, closed, True)
 
 
-def _wake(hidden):
-    """Let keyframes move objects that were hidden, or were in collections that were.
+def _wake(obj):
+    """Let keyframes and drivers give an object that was hidden, its data and its materials the values of the scene's frame.
 
-    Blender evaluates them as they appear, but their keyframes not before the frame changes.
+    Blender evaluates what appears, but its animation not before the frame changes, or something of the animation itself.
     """
-    objects = set()
-    for one in hidden:
-        objects.update(one.all_objects if isinstance(one, bpy.types.Collection) else [one])
-    for obj in objects:
-        if obj.animation_data:
-            obj.update_tag(refresh={"TIME"})
+    materials = [slot.material for slot in obj.material_slots if slot.material]
+    held = [obj, obj.data, getattr(obj.data, "shape_keys", None), *materials]
+    for owner in (*held, *(getattr(one, "node_tree", None) for one in held)):
+        if animation := getattr(owner, "animation_data", None):
+            animation.use_nla = animation.use_nla
 
 
 def _close_eyes(scene, places, closed):

@@ -284,3 +284,23 @@ def test_what_only_the_viewport_hides_stands_where_its_keyframes_have_it(scene, 
         with as_rendered(scene) as depsgraph:
             (one,) = shown(scene, depsgraph)
             assert one.matrix.translation.z == height
+
+
+def test_what_only_the_viewport_hides_is_as_its_keyframes_have_it(scene, nim):
+    """Whether a render shows it, its data and its materials."""
+    thing = box(scene, nim)
+    lamp = bpy.data.objects.new("Lamp", bpy.data.lights.new("Lamp", "POINT"))
+    scene.collection.objects.link(lamp)
+    value = nim.node_tree.nodes.new("ShaderNodeValue").outputs[0]
+    for frame, number in ((3, 7.0), (1, 1.0)):
+        lamp.data.energy = value.default_value = number
+        thing.hide_render = number == 1.0
+        for owner, path in ((lamp.data, "energy"), (value, "default_value"), (thing, "hide_render")):
+            owner.keyframe_insert(path, frame=frame)
+    scene.frame_set(1)
+    thing.hide_viewport = lamp.hide_viewport = True
+    for frame, number in ((3, 7.0), (1, 1.0)):
+        scene.frame_set(frame)
+        with as_rendered(scene) as depsgraph:
+            assert bool(list(shown(scene, depsgraph))) == (number == 7.0)
+            assert (lamp.data.energy, value.default_value) == (number, number)

@@ -36,7 +36,8 @@ def blend(tmp_path, empty_file):
     """A .blend, 8 x 8 pixels, of a world that is a texture, or reads one of a sequence or of tiles, and has a cache."""
     scene = bpy.context.scene
     scene.world = bpy.data.worlds.new("World")
-    scene.world.use_nodes = True
+    if not scene.world.node_tree:  # which a world has from 5.0 on
+        scene.world.use_nodes = True
     for name in ("sky.png", "packed.png", "film_01.png", "film_02.png", "tile.1001.png", "tile.1012.png"):
         painted(tmp_path / name, 0.5)
     nodes = scene.world.node_tree.nodes

@@ -109,7 +109,7 @@ class Cluster:
             if not self.address:
                 yield stack.enter_context(Client(where, timeout=PATIENCE))
                 return
-            stack.enter_context(_client_silent())
+            stack.enter_context(_silent("client"))
             with warnings.catch_warnings(record=True) as warned:
                 warnings.simplefilter("always")
                 client = stack.enter_context(_connected(self.address, **self._security()))
@@ -141,6 +141,7 @@ class Cluster:
         more |= {"dashboard_address": None, "worker_dashboard_address": PAGES}
         with (
             temporary() as scratch,
+            _silent("batched"),  # as it ends, a message may find its other end closed
             LocalCluster(
                 n_workers=workers,
                 threads_per_worker=1,
@@ -197,9 +198,9 @@ def _installed():
 
 
 @contextlib.contextmanager
-def _client_silent():
-    """Within, no client of Dask writes what went wrong, which a sentence says, in tracebacks of its own."""
-    log = logging.getLogger("distributed.client")
+def _silent(part):
+    """Within, that part of Dask writes no tracebacks of its own: a sentence says what went wrong, or nothing did."""
+    log = logging.getLogger(f"distributed.{part}")
     former = log.level
     log.setLevel(logging.CRITICAL)
     try:

@@ -141,7 +141,6 @@ class Session(Generic[Kind]):
                     scene.frame_set(request.frame)
                     settle(scene, {scene, *used_by(scene)})
                     with visibility.as_rendered(scene):  # what is hidden in the viewport alone is not evaluated before
-                        scene.frame_set(request.frame)
                         settle(scene, {scene, *used_by(scene)})
             request = _as_in(scene, request)
             for key, number in request.inputs or ():

@@ -14,9 +14,6 @@ import itertools
 import json
 import logging
 import os
-import subprocess
-import sys
-import tempfile
 import time
 import warnings
 from collections.abc import Iterator, Sequence
@@ -25,18 +22,16 @@ from typing import Any
 
 from ..base.files import temporary
 from ..base.text import said_by
-from . import export, worker
+from . import queues, worker
 from .children import Child, Outcome
 from .orders import Engine, Order, Watch
 
 WINDOW = 4  # orders for each worker that the scheduler knows of at a time, at least
 LEAST_WINDOW = 1000  # 10 MB there; by what waits an adaptive cluster grows
-TRIES = 3  # of an order, before it is left
+TRIES = queues.TRIES  # of an order, before it is left
 PATIENCE = 10  # seconds for a scheduler to answer
 LOOK, AGAIN = 0.02, 1.0  # seconds between two looks whether an order has ended, and which workers are there
 ALONE = 5  # seconds without any worker, after which it is said
-LOCAL = "127.0.0.1"
-PAGES = f"{LOCAL}:0"  # of schedulers and workers, which anybody may read: for this machine, at any port
 INSTALL = "pip install 'nim-addon[many]'"
 
 
@@ -73,23 +68,13 @@ class Cluster:
         """As orders.Engine has it. Raises RuntimeError, one sentence, where the engine is not there, or goes away."""
         with _installed(), contextlib.ExitStack() as stack:
             _check_interface(self.interface)
-            workers, threads = min(self.workers, len(orders)), 0  # another machine's worker takes all
+            count, threads = min(self.workers, len(orders)), 0  # another machine's worker takes all
             if self.here:
-                threads = max(1, (os.cpu_count() or 1) // workers)
-                stack.enter_context(self._blenders(workers))
-            client = stack.enter_context(self._client(folder, workers))
-            yield from _through(client, orders, folder, watch, self._without, threads, self.mixed)
-
-    def _without(self, ever):
-        """A sentence: there is no worker; ever: whether there was one."""
-        if self.place == "slurm":
-            what = "has started none of the jobs yet" if not ever else "has ended all of the jobs"
-            return f"the queue {what}; squeue says why. Ctrl-C ends the sweep, and the same command goes on with it."
-        what = "any more" if ever else "yet"
-        return (
-            f"the scheduler {self.address} has no workers {what}; it goes on as soon as there is one, such as by "
-            f"dask worker {self.address} --nthreads 1."
-        )
+                threads = max(1, (os.cpu_count() or 1) // count)
+                stack.enter_context(self._blenders(count))
+            client = stack.enter_context(self._client(folder, count))
+            workers = queues.Jobs(client.cluster, self.jobs) if self.place == "slurm" else _Workers(self.address)
+            yield from _through(client, orders, folder, watch, workers, threads, self.mixed)
 
     @contextlib.contextmanager
     def _blenders(self, count):
@@ -129,7 +114,8 @@ class Cluster:
             with self.started(workers) as cluster:
                 yield cluster
         else:
-            with self._queue(folder) as cluster:
+            security = _certificates() if self.interface else None
+            with queues.started(folder, self.jobs, self.options, self.interface or "lo", security) as cluster:
                 yield cluster
 
     @contextlib.contextmanager
@@ -138,7 +124,7 @@ class Cluster:
         from distributed import LocalCluster  # pyright: ignore[reportMissingImports]
 
         more: dict[str, Any] = {"interface": self.interface, "security": True} if self.interface else {}
-        more |= {"dashboard_address": None, "worker_dashboard_address": PAGES}
+        more |= {"dashboard_address": None, "worker_dashboard_address": queues.PAGES}
         with (
             temporary() as scratch,
             _silent("batched"),  # as it ends, a message may find its other end closed
@@ -148,38 +134,33 @@ class Cluster:
                 processes=False,
                 memory_limit=None,  # it is this process' own, in which no picture lies
                 local_directory=str(scratch),
-                scheduler_kwargs={"dashboard_address": PAGES},
+                scheduler_kwargs={"dashboard_address": queues.PAGES},
                 silence_logs=50,
                 **more,
             ) as cluster,
         ):
             yield cluster
 
-    @contextlib.contextmanager
-    def _queue(self, folder):
-        from dask_jobqueue.slurm import SLURMCluster  # pyright: ignore[reportMissingImports]
 
-        shared = Path(folder) / ".queue"
-        shared.mkdir(exist_ok=True)
-        security = {"security": _certificates(), "shared_temp_directory": str(shared)} if self.interface else {}
-        with SLURMCluster(
-            cores=1,
-            processes=1,
-            memory="2GB",
-            nanny=True,
-            interface=self.interface or "lo",
-            python=sys.executable,
-            local_directory=tempfile.gettempdir(),
-            log_directory=str(shared),
-            job_script_prologue=export.prologue(),
-            job_extra_directives=self.options,
-            scheduler_options={"dashboard_address": PAGES, "dashboard": False},
-            worker_extra_args=["--no-dashboard", "--dashboard-address", PAGES],
-            **security,
-        ) as cluster:
-            check_queue(cluster.job_script())
-            cluster.scale(jobs=self.jobs)
-            yield cluster
+class _Workers:
+    """Those of this machine or of a scheduler that stands: they come and go by themselves."""
+
+    def __init__(self, address):
+        self.address = address
+
+    def look(self):
+        """Nothing is handed in for those that are gone."""
+
+    def rendered(self):
+        """Nothing comes of it."""
+
+    def without(self, ever):
+        """A sentence: there is no worker; ever: whether there was one."""
+        what = "any more" if ever else "yet"
+        return (
+            f"the scheduler {self.address} has no workers {what}; it goes on as soon as there is one, such as by "
+            f"dask worker {self.address} --nthreads 1."
+        )
 
 
 def engine(place: str, address: str = "", **options) -> Engine:
@@ -278,18 +259,6 @@ def _check_versions(said, address):
     )
 
 
-def check_queue(script: str) -> None:
-    """Raise RuntimeError, one sentence, where the queue would not take the job."""
-    try:
-        asked = subprocess.run(
-            ["sbatch", "--test-only"], input=script, capture_output=True, text=True, timeout=60, check=False
-        )
-    except FileNotFoundError:
-        raise RuntimeError("there is no sbatch here; run this on a machine that hands jobs to SLURM.") from None
-    if asked.returncode:
-        raise RuntimeError(f"the queue refuses the job: {' '.join(asked.stderr.split())}")
-
-
 class _Flight:
     """The orders that a client of Dask has sent, some at a time."""
 
@@ -349,25 +318,25 @@ class _Flight:
 
 
 class _Alone:
-    """Says once when there are no workers for a while, and anew when those are gone that came."""
+    """Says when there are no workers for a while: once, and anew when those are gone that came, or others are awaited."""
 
     def __init__(self, watch, sentence):
         self.watch, self.sentence = watch, sentence
-        self.since, self.said, self.ever = time.monotonic(), False, False
+        self.since, self.said, self.ever = time.monotonic(), "", False
 
     def look(self, workers):
         if workers:
             self.came()
-        elif not self.said and time.monotonic() - self.since > ALONE:
-            self.said = True
-            self.watch.waits(self.sentence(self.ever))
+        elif time.monotonic() - self.since > ALONE and (sentence := self.sentence(self.ever)) != self.said:
+            self.said = sentence
+            self.watch.waits(sentence)
 
     def came(self):
-        self.since, self.said, self.ever = time.monotonic(), False, True
+        self.since, self.said, self.ever = time.monotonic(), "", True
 
 
-def _through(client, orders, folder, watch, without, threads, mixed):
-    """Send orders through a client of Dask, and yield them as they end; without(ever): a sentence where no worker is there."""
+def _through(client, orders, folder, watch, workers, threads, mixed):
+    """Send orders through a client of Dask, and yield them as they end; workers: a queue's Jobs, or _Workers."""
     from distributed import as_completed  # pyright: ignore[reportMissingImports]
 
     known = {order.task.key: order for order in orders}
@@ -381,13 +350,14 @@ def _through(client, orders, folder, watch, without, threads, mixed):
             else:
                 watch.began(f"worker {said['name']}", order)
 
-    alone = _Alone(watch, without)
+    alone = _Alone(watch, workers.without)
     client.subscribe_topic(worker.TOPIC, hear)
     waiting, flight = iter(orders), _Flight(client, folder, threads, mixed)
 
     def look():
         flight.look()
         alone.look(flight.workers)
+        workers.look()
         return flight.lost()
 
     ended = as_completed(flight.some(waiting))
@@ -401,6 +371,7 @@ def _through(client, orders, folder, watch, without, threads, mixed):
         if outcome.problem and outcome.again and len(been) < TRIES:
             ended.add(flight.send(order))
             continue
+        workers.rendered()
         ended.update(flight.some(waiting))
         yield order, outcome
 

@@ -8,6 +8,7 @@ import os
 import signal
 import socket
 import subprocess
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -17,6 +18,7 @@ SlurmctldHost={host}(127.0.0.1)
 SlurmUser=root
 SlurmdUser=root
 AuthType=auth/munge
+AuthInfo=socket={folder}/munge.socket
 CryptoType=crypto/munge
 SlurmctldPort={ports[0]}
 SlurmctldPidFile={folder}/slurmctld.pid
@@ -32,7 +34,7 @@ SelectTypeParameters=CR_CPU
 SchedulerParameters=sched_min_interval=100000,bf_interval=1
 MpiDefault=none
 ReturnToService=2
-SlurmdTimeout=10
+SlurmdTimeout=300
 KillWait=2
 JobRequeue=1
 JobAcctGatherType=jobacct_gather/none
@@ -43,6 +45,8 @@ NodeName=n2 NodeHostname={host} NodeAddr=127.0.0.1 Port={ports[2]} CPUs=1 RealMe
 PartitionName=all Nodes=ALL Default=YES MaxTime=60 State=UP
 """
 
+MUNGE = (("key-file", "key"), ("socket", "socket"), ("pid-file", "pid"), ("seed-file", "seed"), ("log-file", "log"))
+
 
 @contextlib.contextmanager
 def started(folder: Path) -> Iterator[Path]:
@@ -50,24 +54,33 @@ def started(folder: Path) -> Iterator[Path]:
     host = socket.gethostname().partition(".")[0]
     for name in ("state", "spool.n1", "spool.n2"):
         (folder / name).mkdir()
-    for place, mode in (("/run/munge", "755"), ("/var/log/munge", "700"), ("/var/lib/munge", "700")):
-        subprocess.run(["install", "-d", "-o", "munge", "-g", "munge", "-m", mode, place], check=True)
-    munge = subprocess.run(["pgrep", "-x", "munged"], capture_output=True).returncode
-    if munge:
-        subprocess.run(["runuser", "-u", "munge", "--", "munged", "--force"], check=True, capture_output=True)
+    # a munge of its own: the machine's may be about to end
+    (folder / "munge.key").touch(0o600)
+    (folder / "munge.key").write_bytes(os.urandom(1024))
+    munge = [f"--{name}={folder}/munge.{end}" for name, end in MUNGE]
     settings = SETTINGS.format(host=host, folder=folder, ports=_free_ports(3))
     (folder / "slurm.conf").write_text(settings)
     environment = {**os.environ, "SLURM_CONF": str(folder / "slurm.conf")}
-    for words in (["slurmctld"], ["slurmd", "-N", "n1"], ["slurmd", "-N", "n2"]):
-        subprocess.run([words[0], "-f", folder / "slurm.conf", *words[1:]], check=True, env=environment)
     try:
+        subprocess.run(["munged", "--force", *munge], check=True, capture_output=True)
+        for words in (["slurmctld"], ["slurmd", "-N", "n1"], ["slurmd", "-N", "n2"]):
+            subprocess.run([words[0], "-f", folder / "slurm.conf", *words[1:]], check=True, env=environment)
+        _wait_for_nodes(environment)
         yield folder
     finally:
         for file in folder.glob("*.pid"):
             with contextlib.suppress(OSError, ValueError):
                 os.kill(int(file.read_text()), signal.SIGTERM)
-        if munge:
-            subprocess.run(["pkill", "-x", "munged"], check=False)
+
+
+def _wait_for_nodes(environment):
+    """Until both have told the controller of themselves."""
+    until = time.monotonic() + 120
+    asked = ["sinfo", "-h", "-o", "%T"]
+    while subprocess.run(asked, capture_output=True, text=True, env=environment).stdout != "idle\n":
+        if time.monotonic() > until:
+            raise TimeoutError("the nodes of SLURM do not answer")
+        time.sleep(0.1)
 
 
 def _free_ports(count: int) -> list[int]:

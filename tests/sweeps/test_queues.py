@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from nim_addon.sweeps import cluster, export, plan, results, state
+from nim_addon.sweeps import cluster, export, plan, queues, results, state
 from nim_addon.sweeps.orders import Order
 
 from .dask_lab import ENVIRONMENT, PACKAGE, runs, wait, within
@@ -54,33 +54,72 @@ class Ended(Exception):
     """The queue has ended all of the jobs, as is said."""
 
 
-@pytest.mark.parametrize("jobs", [1, 2])
-def test_a_job_that_is_lost(spheres, tmp_path, queue, jobs):
-    """No other takes its place: what it rendered one that is left renders, and where none is, that is said."""
+@pytest.fixture
+def soon(monkeypatch):
+    """Dask takes a worker that is gone to be gone for good at once, not after 15 s."""
+    dask = pytest.importorskip("dask")
     pytest.importorskip("dask_jobqueue")
+    with dask.config.set({"distributed.deploy.lost-worker-timeout": "1s"}):
+        yield
+
+
+class Killing(state.State):
+    """The state of a sweep that ends the job of each of the first times that something is begun."""
+
+    def __init__(self, folder, count, times):
+        super().__init__(folder, count, kept=False)
+        self.times, self.lost, self.said = times, [], []
+
+    def began(self, name, order):
+        if len(self.lost) < self.times:
+            self.lost.append(job_of(name.removeprefix("worker ")))
+            subprocess.run(["scancel", self.lost[-1]], check=True)
+
+    def waits(self, why):
+        self.said.append(why)
+        if len(self.lost) == self.times and why.startswith("the queue has ended all of the jobs; squeue says why"):
+            raise Ended(why)
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_a_job_that_is_lost(spheres, tmp_path, queue, soon, jobs):
+    """Another takes its place."""
     tasks = spheres(-2, -1.5, -1, samples=16)
     plan.write(tmp_path, tasks)
-    lost = []
-
-    class Watch(state.State):
-        def began(self, name, order):
-            if not lost:
-                lost.append(job_of(name.removeprefix("worker ")))
-                subprocess.run(["scancel", lost[0]], check=True)
-
-        def waits(self, why):
-            if lost:
-                raise Ended(why)
-
-    orders = [Order(task) for task in tasks]
-    carried_out = cluster.engine("slurm", jobs=jobs)(orders, tmp_path, Watch(tmp_path, 3, kept=False))
-    if jobs == 1:
-        with within(120), pytest.raises(Ended, match="the queue has ended all of the jobs; squeue says why"):
-            list(carried_out)
-    else:
-        assert all(outcome.problem is None for _, outcome in carried_out) and results.to_do(tmp_path, tasks) == []
-    assert lost
+    watch = Killing(tmp_path, 3, 1)
+    with within(240):
+        done = list(cluster.engine("slurm", jobs=jobs)([Order(task) for task in tasks], tmp_path, watch))
+    assert all(outcome.problem is None for _, outcome in done) and results.to_do(tmp_path, tasks) == []
+    assert watch.lost
     wait(lambda: not subprocess.run(["squeue", "-h"], capture_output=True, text=True).stdout.strip(), 60)
+
+
+def test_a_queue_that_ends_every_job(spheres, tmp_path, queue, soon, monkeypatch):
+    """After three jobs that rendered nothing no other is handed in, and that is said."""
+    monkeypatch.setattr(cluster, "ALONE", 0.5)
+    tasks = spheres(-1, samples=4096)
+    plan.write(tmp_path, tasks)
+    watch = Killing(tmp_path, 1, 3)
+    with within(240), pytest.raises(Ended):
+        list(cluster.engine("slurm", jobs=1)([Order(task) for task in tasks], tmp_path, watch))
+    assert len(set(watch.lost)) == 3
+    assert "the queue has ended all of the jobs, and others are handed in" in {said[:61] for said in watch.said}
+
+
+def test_a_queue_none_of_whose_nodes_answers(queue):
+    """It takes the job and keeps it, so it is not refused, and nothing is left in the queue."""
+    nodes = ["scontrol", "update", "nodename=n1,n2"]
+    subprocess.run([*nodes, "state=down", "reason=test"], check=True)
+    try:
+        script = "#!/bin/sh\n#SBATCH --output=/dev/null\n#SBATCH --mem={}G\nexit 1\n"
+        queues.check(script.format(2))
+        assert not subprocess.run(["squeue", "-h"], capture_output=True, text=True).stdout.strip()
+        with pytest.raises(
+            RuntimeError, match=r"the queue refuses the job: .*Memory specification can not be satisfied"
+        ):
+            queues.check(script.format(900))
+    finally:
+        subprocess.run([*nodes, "state=resume"], check=True)
 
 
 def test_a_queue_that_refuses_the_job(spheres, sweep, queue):
@@ -92,7 +131,7 @@ def test_a_queue_that_refuses_the_job(spheres, sweep, queue):
 def test_a_machine_without_a_queue(monkeypatch):
     monkeypatch.setenv("PATH", "")
     with pytest.raises(RuntimeError, match="there is no sbatch here"):
-        cluster.check_queue("#!/bin/bash\n")
+        queues.check("#!/bin/bash\n")
 
 
 def test_a_folder_that_slurm_cannot_be_told_of(spheres, tmp_path):

@@ -43,6 +43,7 @@ _GRAZING = 1 - 1e-9  # a sine beyond it is taken as this, where the sweep is int
 _AXIS = 1e-9  # and one below it as this
 _NEAR = 1e-4  # to a turning point, in ln r
 _NODES, _FEWER = 200, 48  # of a quadrature: of a piece of a profile of few pieces, and of one of many
+_EXACT, _FAIR = 2e-12, 1e-6  # radians between two quadratures: both are right, or good enough to be seen
 _PANELS, _PANEL_NODES = 24, 8  # of a path, of each piece: points between them, and nodes of each
 
 
@@ -120,9 +121,35 @@ def _rate(profile: Profile, p: NDArray, low: NDArray, q: NDArray) -> NDArray:
 
 def _integral(profile: Profile, p: NDArray, low: NDArray, high: NDArray) -> NDArray:
     """The angle (N,) by which rays of p (N,) go round between two radii, ln r from low (N,) to high (N,)."""
+    return _summed(profile, p, low, high, _panels(profile))
+
+
+@functools.lru_cache(64)
+def _panels(profile: Profile) -> int:
+    """Into how many panels each piece of it is cut for its integrals: one, but where its index is steep."""
+    p = _followed(profile, np.sin(np.radians(np.linspace(0.2, 85, 200))))
+    low, high = np.log(_turning(profile, p)[0]), np.zeros_like(p)
+    former = _summed(profile, p, low, high, 1)
+    for panels in (2, 4, 8, 16, 32):
+        finer = _summed(profile, p, low, high, panels)
+        error, former = np.abs(finer - former).max(), finer
+        if error < _EXACT:
+            return panels // 2
+    if error > _FAIR:
+        raise ValueError(
+            "the index n(r) is too steep somewhere for rays to be followed; name the radii there as breaks."
+        )
+    return panels
+
+
+def _summed(profile: Profile, p: NDArray, low: NDArray, high: NDArray, panels: int) -> NDArray:
     pieces = _pieces(profile)
     nodes, weights = _gauss(_NODES if len(pieces) < 8 else _FEWER)
-    u, weights = math.pi / 4 * (nodes + 1), math.pi / 4 * weights
+    ends = np.arange(panels)[:, None]
+    u, weights = (
+        (math.pi / 4 / panels * (2 * ends + nodes + 1)).ravel(),
+        np.tile(math.pi / 4 / panels * weights, panels),
+    )
     # with x = a + (b - a) sin^2 u the root at a turning point, at either end, is none
     share, weights = np.square(np.sin(u)), weights * np.sin(2 * u)
     total = np.zeros_like(p)
@@ -181,7 +208,7 @@ def sweep(profile: Profile, sines: ArrayLike) -> NDArray:
     """The sweep (...), radians, of rays by the sines (...) of their angles of incidence, 0 to 1.
 
     A ray that meets the core is taken as reflected there, whatever the core is. Exact to rounding where a closed form is
-    known, to 1e-10 up to 85 degrees elsewhere. Raises ValueError for other sines.
+    known, to 1e-10 up to 85 degrees elsewhere. Raises ValueError for other sines, and for an index that is too steep.
     """
     sines = _sines(sines)
     return 2 * _half(profile, _flat(sines))[0].reshape(sines.shape)

@@ -18,6 +18,7 @@ SMOOTH = {
     "fisheye": lambda r: 2 / (1 + r * r),
     "eaton": lambda r: np.sqrt(2 / r - 1),
     "hump": lambda r: 1 + 0.5 * (1 - r * r) ** 2,
+    "steep": lambda r: 1 + 20 * (1 + np.tanh((0.05 - r) / 0.008)),
 }
 BALLS = {
     **{device: Profile(device) for device in DEVICES},
@@ -101,13 +102,18 @@ def test_what_is_integrated_is_what_closed_forms_say():
     )
 
 
-def test_a_thin_shell_is_integrated_as_well_in_one_piece_as_in_many():
-    def index(r):
-        return 1 + 1.5 * (1 - r * r) ** 2 + (1 - r * r) * np.exp(-np.square((r - 0.5) / 0.05))
-
+@pytest.mark.parametrize(
+    "index",
+    [
+        lambda r: 1 + 1.5 * (1 - r * r) ** 2 + (1 - r * r) * np.exp(-np.square((r - 0.5) / 0.05)),
+        SMOOTH["steep"],
+        lambda r: 1 + 20 * (1 + np.tanh((0.05 - r) / 0.0006)),
+    ],
+)
+def test_what_is_steep_is_integrated_as_well_in_one_piece_as_in_many(index):
     p = np.sin(np.radians(np.linspace(0.5, 85, 40)))
-    pieces = Profile(index, breaks=tuple(np.arange(1, 20) / 20))
-    np.testing.assert_allclose(graded.sweep(Profile(index), p), graded.sweep(pieces, p), rtol=0, atol=1e-9)
+    pieces = Profile(index, breaks=(*np.arange(1, 20) / 400, *np.arange(1, 20) / 20))
+    np.testing.assert_allclose(graded.sweep(Profile(index), p), graded.sweep(pieces, p), rtol=0, atol=1e-11)
 
 
 @pytest.mark.parametrize("name", SMOOTH)
@@ -329,6 +335,7 @@ def test_what_misses_or_ends_within_does_not_come_out():
         (lambda: graded.sweep(Profile("eaton"), 1.5), ("sine", "[0, 1]")),
         (lambda: graded.trace(Profile("eaton"), -0.1), ("sine",)),
         (lambda: graded.leaving(Profile("eaton"), 0.5), ("without a core",)),
+        (lambda: graded.sweep(Profile(lambda r: 1 + (r < 0.05)), 0.3), ("too steep", "breaks")),
     ],
 )
 def test_what_is_wrong_is_said_in_one_sentence(one_sentence, make, words):

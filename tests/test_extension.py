@@ -266,7 +266,7 @@ def test_what_is_packed_changes_no_path_asks_for_itself_in_one_place_and_runs_no
     assert not where(r"sys\.path|__path__|site-packages")
     assert where("__file__") == {"base/shipped.py"}
     # a second Blender, and what a queue has of its own nodes
-    assert where(r"subprocess\.(run|Popen|call|check_\w+)\(") == {"base/processes.py", "sweeps/cluster.py"}
+    assert where(r"subprocess\.(run|Popen|call|check_\w+)\(") == {"base/processes.py", "sweeps/queues.py"}
     assert not where(r"os\.(system|popen|exec\w+|spawn\w+)\(|\b(?<!\.)(exec|eval)\(|ensurepip|import pip\b")
 
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import io
 import os
 import select
@@ -69,14 +70,23 @@ def close() -> str | None:
 @contextlib.contextmanager
 def quiet(descriptor: int = 1) -> Iterator[Callable[[], str]]:
     """Keep what a library prints on standard output (1) or error (2) away from ours; yields a function to read it."""
-    sys.stdout.flush()
+    _write_out()
     # in memory, where that can be: the folder for temporary files may be full
     memory = hasattr(os, "memfd_create")
     with os.fdopen(os.memfd_create("log"), "w+b") if memory else tempfile.TemporaryFile() as log:
         kept = os.dup(descriptor)
         os.dup2(log.fileno(), descriptor)
         try:
-            yield lambda: (log.seek(0), log.read().decode(errors="replace"))[1]
+            yield lambda: (_write_out(), log.seek(0), log.read().decode(errors="replace"))[2]
         finally:
+            _write_out()
             os.dup2(kept, descriptor)
             os.close(kept)
+
+
+def _write_out():
+    """Write what streams hold back, Python's and C's: Blender says what it does by both."""
+    for stream in filter(None, (sys.stdout, sys.stderr)):
+        stream.flush()
+    with contextlib.suppress(OSError, AttributeError):
+        ctypes.CDLL("ucrtbase" if os.name == "nt" else None).fflush(None)

@@ -64,6 +64,11 @@ def test_that_what_it_says_is_lost_is_said(command, tmp_path):
     assert (done.returncode, done.stderr) == (1, said)
 
 
+def test_what_blender_says_is_not_among_what_is_asked_for(tmp_path):
+    """It says by Python's stream that a file is saved, which a pipe gets only at the end."""
+    assert shell(f"NIMRAY {RENDER} --blend", tmp_path).stdout.decode().split() == ["o/sphere.exr", "o/sphere.png"]
+
+
 def test_a_closed_stream_is_no_file_that_is_written(tmp_path):
     """What is opened first has the closed one's number, and what the library says on it would be in that file."""
     assert shell(f"NIMRAY {RENDER} >&- 2>&- <&-", tmp_path).returncode == 0

@@ -14,6 +14,7 @@ import bpy
 
 from ..base.streams import quiet
 from ..base.text import nearest
+from . import simulated
 from .external import files_of, sha256_of
 
 NAMED = "scenes", "objects", "materials", "collections", "worlds"  # kinds of data whose names people are told
@@ -42,6 +43,8 @@ class Blend:
         if not path.is_file():
             raise ValueError(f"there is no file {path}.")
         path = path.resolve()
+        if bpy.data.filepath and Path(bpy.data.filepath).resolve() == path:
+            raise ValueError(f"{path} is open in this Blender, which takes no scene out of it; render a copy of it.")
         names = _scenes_of(path)
         listed = ", ".join(map(repr, names))
         if scene is None and len(names) > 1:
@@ -78,6 +81,10 @@ class Blend:
         Raises ValueError, one sentence, where the file, or one of those that it is known to need, has changed.
         """
         self.from_record(self.record())
+        if bpy.data.filepath and Path(bpy.data.filepath).resolve() == Path(self.file):
+            raise ValueError(
+                f"{self.file} is open in this Blender, which takes no scene out of it; render a copy of it."
+            )
         with quiet(), _opened(Path(self.file)) as (held, wanted):
             for kind in NAMED:
                 names = set(getattr(held, kind))
@@ -85,6 +92,7 @@ class Blend:
                     give_way(same)
             wanted.scenes.append(self.scene)
         scene = wanted.scenes[0]  # where names stood there is data now
+        simulated.find_beside(scene, Path(self.file))
         now = dict(files_of(scene)) if self.files else {}
         for file, mark in self.files:
             if now.get(file) != mark:

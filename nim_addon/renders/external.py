@@ -12,6 +12,8 @@ from typing import Any
 
 import bpy
 
+from . import simulated
+
 WITH_A_FILE = (
     bpy.types.Image,
     bpy.types.MovieClip,
@@ -63,6 +65,7 @@ def sha256_of(path: Path) -> str:
 
 def _paths(scene) -> Iterator[str]:
     """Absolute paths of what a scene needs; many files as one with a "*"."""
+    yield from simulated.files_of_caches(scene)
     needed = used_by(scene)
     for library in {data.library for data in needed if data.library}:
         # of 5.0: one whose content lies in the file itself

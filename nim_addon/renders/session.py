@@ -21,6 +21,7 @@ from ..cycles.images import record_of
 from ..cycles.material import resolve
 from ..scenes import scene_type
 from ..scenes.stage import aim
+from . import simulated
 from .asked import Asked, known
 from .changes import change_of
 from .external import files_of, used_by
@@ -136,6 +137,9 @@ class Session(Generic[Kind]):
             self._own = Own(checks.engine_name(scene), scene.cycles.use_denoising)
             scene.render.engine = "CYCLES"  # which alone bends a ray backwards
             frames.beside(scene, Path(request.blend.file).parent)
+            if simulated.played(scene):
+                with frames.as_they_are():
+                    simulated.play(scene, scene.frame_current if request.frame is None else request.frame)
             if request.frame is not None:
                 with frames.as_they_are():
                     scene.frame_set(request.frame)

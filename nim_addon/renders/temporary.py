@@ -50,6 +50,10 @@ class TemporaryScene:
             return
         self._scene = None
         came = set(bpy.data.user_map()) - self._before
+        # first what ties rigid bodies together: without it Blender may fall over as they go one by one
+        for scene in [scene for scene in bpy.data.scenes if scene in came]:
+            bpy.data.scenes.remove(scene)
+        came = set(bpy.data.user_map()) - self._before
         bpy.data.batch_remove([data for data in came if not _is_render_result(data)])
         for data, name in self._names.items():
             with contextlib.suppress(ReferenceError):  # it is gone

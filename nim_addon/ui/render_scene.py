@@ -16,6 +16,7 @@ from .. import checks
 from ..base.streams import quiet
 from ..base.text import fit
 from ..caustics import frames
+from ..renders import simulated
 from ..renders.request import can_denoise
 from . import escape, jobs
 from .help import fail
@@ -86,6 +87,8 @@ def save_copy(file: Path) -> None:
     try:
         with frames.found_from_anywhere(), quiet():
             bpy.ops.wm.save_as_mainfile(filepath=str(file), copy=True, compress=True, relative_remap=True)
+        if bpy.data.filepath:
+            simulated.bring(Path(bpy.data.filepath), file)
     except RuntimeError as error:
         raise OSError(" ".join(str(error).split())) from None
 

@@ -56,6 +56,14 @@ def test_a_blend_is_rendered_while_another_file_is_open(blend, tmp_path):
     assert pixels(small.exr).shape == (8, 12, 3)
 
 
+def test_the_open_file_is_not_brought_into_itself(blend, tmp_path, one_sentence):
+    with quiet():
+        bpy.ops.wm.open_mainfile(filepath=str(blend))
+    with pytest.raises(ValueError) as caught:
+        Request.of_blend(blend, "NIM sphere").render(tmp_path / "out")
+    one_sentence(caught.value, "mine.blend is open", "a copy")
+
+
 def test_a_blend_is_what_is_in_it(blend, tmp_path, one_sentence):
     other = shutil.copy(blend, tmp_path / "other.blend")
     asked = Request.of_blend(blend, "NIM sphere")

@@ -91,6 +91,11 @@ class Said:
                 "it is denoised, and this Blender was built without OpenImageDenoise; the picture keeps its noise."
             )
         wrong += [f"{file} is missing, which the scene needs." for file in missing_files(scene)]
+        wrong += [
+            f"the driver {expression!r} of {name!r} does not run here, so what it drives stays as it was saved; give it "
+            "keyframes, or an expression without functions of your own."
+            for name, expression in own.undriven
+        ]
         wrong += [problem.sentence for problem in checks.problems(scene)]
         if wrong and self.strict:
             more = f" ({len(wrong) - 1} more)" * (len(wrong) > 1)

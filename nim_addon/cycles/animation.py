@@ -40,6 +40,20 @@ def settle(scene: bpy.types.Scene, used: Iterable[bpy.types.ID]) -> None:
                         setattr(owner.path_resolve(holder) if holder else owner, name, now.path_resolve(path))
 
 
+def undriven(scene: bpy.types.Scene, used: Iterable[bpy.types.ID]) -> list[tuple[str, str]]:
+    """(name, expression) of the drivers of what a scene uses that Blender could not run at the scene's frame, sorted."""
+    depsgraph = scene.view_layers[0].depsgraph
+    found = set()
+    for data in used:
+        evaluated = data.evaluated_get(depsgraph)
+        for _, now in ((data, evaluated), *_trees(data, evaluated)):
+            animation = getattr(now, "animation_data", None)
+            for curve in animation.drivers if animation else ():
+                if not curve.driver.is_valid:
+                    found.add((data.name, curve.driver.expression))
+    return sorted(found)
+
+
 def _trees(data, evaluated):
     """The node tree that belongs to a data-block alone, and the same evaluated."""
     tree = getattr(data, "node_tree", None)

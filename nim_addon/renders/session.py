@@ -14,9 +14,10 @@ import bpy
 
 from .. import caustics, checks
 from ..base.files import writable_folder
+from ..base.streams import quiet
 from ..caustics import frames
 from ..cycles import render, spectral, spectral_picture, visibility
-from ..cycles.animation import settle
+from ..cycles.animation import settle, undriven
 from ..cycles.images import record_of
 from ..cycles.material import resolve
 from ..scenes import scene_type
@@ -54,10 +55,15 @@ class Rendered(NamedTuple):
 
 
 class Own(NamedTuple):
-    """What a scene of a .blend has that a render here may not keep: its engine, as people call it, and whether it is denoised."""
+    """What a scene of a .blend has that a render here may not keep.
+
+    engine:   as people call it; denoised: whether it is
+    undriven: (name, expression) of the drivers that do not run here, at the frame that is asked for
+    """
 
     engine: str
     denoised: bool
+    undriven: tuple[tuple[str, str], ...] = ()
 
 
 class Session(Generic[Kind]):
@@ -138,14 +144,16 @@ class Session(Generic[Kind]):
             scene.render.engine = "CYCLES"  # which alone bends a ray backwards
             frames.beside(scene, Path(request.blend.file).parent)
             if simulated.played(scene):
-                with frames.as_they_are():
+                with frames.as_they_are(), quiet(2):
                     simulated.play(scene, scene.frame_current if request.frame is None else request.frame)
             if request.frame is not None:
-                with frames.as_they_are():
+                with frames.as_they_are(), quiet(2):  # what drivers do not run Own has
                     scene.frame_set(request.frame)
                     settle(scene, {scene, *used_by(scene)})
                     with visibility.as_rendered(scene):  # what is hidden in the viewport alone is not evaluated before
-                        settle(scene, {scene, *used_by(scene)})
+                        used = {scene, *used_by(scene)}
+                        settle(scene, used)
+                        self._own = self._own._replace(undriven=tuple(undriven(scene, used)))
             request = _as_in(scene, request)
             for key, number in request.inputs or ():
                 set_input(scene, key, number)

@@ -234,3 +234,17 @@ def test_checks_come_before_one_render_a_wavelength_too(scene, saved, tmp_path, 
     assert "leave --strict out" in capsys.readouterr().err and not (tmp_path / "out").exists()
     assert command.main(words) == 0
     assert "caustics" in capsys.readouterr().err.lower()
+
+
+def test_a_driver_that_does_not_run_here_is_named(scene, saved, tmp_path, capsys, one_sentence):
+    """Blender runs no Python of a file's but what is simple; where it stands stays as it was saved."""
+    ball = next(one for one in scene.objects if one.name.startswith("Ico"))
+    for axis, expression in enumerate(("frame * 0.1", "mine(frame)")):
+        ball.driver_add("location", axis + 1).driver.expression = expression
+    file = saved()
+    assert command.main(["render", file, "--frames", "3", "--out", str(tmp_path / "out")]) == 0
+    said = [line for line in capsys.readouterr().err.splitlines() if "driver" in line.lower()]
+    assert len(said) == 1
+    one_sentence(ValueError(said[0].removeprefix("nimray: ")), "frame 3", "'mine(frame)' of 'Icosphere'", "keyframes")
+    assert command.main(["render", file, "--frames", "2", "--strict", "--out", str(tmp_path / "out")]) == 1
+    assert "mine(frame)" in capsys.readouterr().err

@@ -27,6 +27,7 @@ from .scene_settings import NIM_PG_scenes, backend_of, parameters_of, samples_of
 
 PATIENCE = 5.0  # seconds that a job may take to end by itself
 INTERVAL = 0.25  # seconds between two looks at it
+NOTED = 3  # sentences about what it renders that are drawn
 
 
 @dataclasses.dataclass(frozen=True)
@@ -63,6 +64,7 @@ class Job:
         self.left: float | None = None
         self.files: list[Path] = []
         self.problem, self.cancelled = "", False
+        self.notes: list[str] = []  # sentences about what it renders
         self.code: int | None = None
         record = {
             "requests": {name: request.record() for name, request in work.requests.items()},
@@ -79,6 +81,7 @@ class Job:
     def _read(self):
         for line in self.process.stdout:
             if line.startswith("nimray: "):
+                self.notes += [self.problem] if self.problem else []
                 self.problem = line.removeprefix("nimray: ").strip()
             elif line.startswith("{"):
                 try:
@@ -103,6 +106,7 @@ class Job:
             self.code = self.process.returncode
             self.process.stdin.close()
             if self.code == 0 or self.cancelled:
+                self.notes += [self.problem] if self.problem else []
                 self.problem = ""
             elif not self.problem:
                 self.problem = pgettext_rpt("The render ended without a word (exit code {}).").format(self.code)
@@ -411,6 +415,10 @@ def draw(layout: bpy.types.UILayout, context: bpy.types.Context, job: Job) -> No
         row = box.row(align=True)
         row.operator("nim.open_result", icon="IMAGE_DATA")
         row.operator("nim.open_folder", icon="FILE_FOLDER")
+    for note in job.notes[:NOTED]:
+        draw_sentence(box, context, note, "INFO")
+    if len(job.notes) > NOTED:
+        box.label(text=pgettext_iface("{} more").format(len(job.notes) - NOTED), translate=False)
 
 
 CLASSES = (

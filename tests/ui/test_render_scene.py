@@ -72,6 +72,18 @@ def test_the_scene_is_rendered_with_what_is_not_saved(scene, press, tmp_path):
     assert render_scene.free_name(folder, "shot") == "shot_3"
 
 
+def test_what_the_second_blender_says_of_the_scene_is_drawn(scene, press):
+    bpy.data.objects["Cube"].driver_add("location", 0).driver.expression = "mine(frame)"
+    scene.frame_start = scene.frame_end = 2
+    assert press("nim.render_scene", animation=True) == {"FINISHED"}
+    job = followed()
+    assert (job.problem, job.code) == ("", 0)
+    assert any("driver 'mine(frame)' of 'Cube' does not run here" in note for note in job.notes)
+    drawn = Layout()
+    jobs.draw(drawn, bpy.context, job)
+    assert "does not run here" in " ".join(drawn.text.split())
+
+
 def test_a_copy_finds_what_lies_beside_the_file_and_takes_the_place_of_none(scene, tmp_path):
     image = bpy.data.images.new("Grain", 4, 4)
     image.filepath_raw, image.file_format = "//grain.png", "PNG"

@@ -15,7 +15,7 @@ from nim_addon.renders.external import files_of, missing_files
 from nim_addon.renders.request import Request
 from nim_addon.ui import render_scene
 
-FRAME = 10
+START, FRAME = 3, 10
 PLACES = {"Rigid": -8, "Zone": -4, "Cloth": 0, "Disk": 4, "Still": 8}
 WIDE = 24
 
@@ -71,7 +71,9 @@ def blend(tmp_path, empty_file):
         with bpy.context.temp_override(object=scene.objects["Disk"], point_cache=cache):
             bpy.ops.ptcache.bake(bake=True)
         scene.frame_set(FRAME)
+        scene.frame_start = START  # from which on zones are simulated; what has a cache is from its own
         bpy.ops.wm.save_as_mainfile(filepath=str(file))
+        bpy.ops.wm.open_mainfile(filepath=str(file))
     yield file
     with quiet():
         bpy.ops.wm.read_homefile(use_factory_startup=True)
@@ -100,7 +102,7 @@ def played():
 @pytest.mark.parametrize("frame", [None, FRAME])
 def test_what_falls_is_where_it_falls_to(blend, tmp_path, frame):
     there = played()
-    assert there["Still"] == 4.5 and there["Zone"] == pytest.approx(4.5 - 0.1 * FRAME, abs=1e-5)
+    assert there["Still"] == 4.5 and there["Zone"] == pytest.approx(4.5 - 0.1 * (FRAME - START + 1), abs=1e-5)
     assert all(z < 4.3 for name, z in there.items() if name != "Still")
     with quiet():
         bpy.ops.wm.read_homefile(use_factory_startup=True)
@@ -152,9 +154,33 @@ def test_what_is_baked_to_disk_belongs_to_the_picture(blend, tmp_path, one_sente
 def test_only_what_is_not_baked_is_played(blend):
     scene = bpy.context.scene
     assert set(simulated.played(scene)) == {scene.name, "Zone", "Cloth"}
-    scene.objects["Rigid"].rigid_body.kinematic = True  # it is where keyframes put it
+    body = scene.objects["Rigid"].rigid_body
+    body.enabled = False
+    assert scene.name not in simulated.played(scene)
+    body.enabled, body.kinematic = True, True  # it is where keyframes put it
+    assert scene.name not in simulated.played(scene)
     scene.objects["Zone"].modifiers[0].show_render = False
-    scene.objects["Cloth"].modifiers.clear()
+    scene.objects["Cloth"].modifiers[0].show_render = False
+    assert simulated.played(scene) == []
+
+    grown = scene.objects["Still"].modifiers.new("Grown", "PARTICLE_SYSTEM").particle_system
+    assert simulated.played(scene) == ["Still"]
+    grown.settings.type = "HAIR"
+    assert simulated.played(scene) == []
+    grown.use_hair_dynamics = True
+    assert simulated.played(scene) == ["Still"]
+    scene.objects["Still"].modifiers.clear()
+    outer = bpy.data.node_groups.new("Outer", "GeometryNodeTree")
+    outer.nodes.new("GeometryNodeGroup").node_tree = scene.objects["Zone"].modifiers[0].node_group
+    scene.objects["Still"].modifiers.new("Nested", "NODES").node_group = outer
+    assert simulated.played(scene) == ["Still"]
+    scene.objects["Still"].modifiers.clear()
+    painted = scene.objects["Still"].modifiers.new("Paint", "DYNAMIC_PAINT")
+    with bpy.context.temp_override(object=scene.objects["Still"], active_object=scene.objects["Still"]):
+        bpy.ops.dpaint.type_toggle(type="CANVAS")
+    surface = painted.canvas_settings.canvas_surfaces[0]
+    assert simulated.played(scene) == ["Still"]
+    surface.surface_format = "IMAGE"
     assert simulated.played(scene) == []
 
 

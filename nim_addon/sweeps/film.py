@@ -80,7 +80,8 @@ def _shown_in_turn(scene, pictures):
     editor = scene.sequence_editor_create()
     strips = editor.strips if hasattr(editor, "strips") else editor.sequences
     strip = strips.new_image("pictures", str(pictures[0].resolve()), channel=1, frame_start=1)
-    strip.frame_final_duration = len(pictures)
+    # of 5.2: the former name goes in 6.0
+    setattr(strip, "duration" if hasattr(strip, "duration") else "frame_final_duration", len(pictures))
 
     def show(rendered, *_):
         if rendered == scene:

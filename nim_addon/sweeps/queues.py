@@ -14,6 +14,7 @@ from typing import Any
 from . import export
 
 TRIES = 3  # of what is rendered, and of what is to render it, before it is left
+ANSWER = 60  # seconds for the queue to answer
 PAGES = "127.0.0.1:0"  # of schedulers and workers, which anybody may read: for this machine, at any port
 
 
@@ -93,11 +94,17 @@ def check(script: str) -> None:
     taken = _sbatch("\n".join([*demands, "exit 0", ""]), "--parsable")
     if taken.returncode:
         raise RuntimeError(f"the queue refuses the job: {' '.join(taken.stderr.split())}")
-    subprocess.run(["scancel", taken.stdout.split(";")[0].strip()], capture_output=True, timeout=60, check=False)
+    _asked(["scancel", taken.stdout.split(";")[0].strip()])
 
 
-def _sbatch(script: str, *words: str) -> subprocess.CompletedProcess:
+def _sbatch(script, *words):
+    return _asked(["sbatch", *words], script)
+
+
+def _asked(words, said=""):
     try:
-        return subprocess.run(["sbatch", *words], input=script, capture_output=True, text=True, timeout=60, check=False)
+        return subprocess.run(words, input=said, capture_output=True, text=True, timeout=ANSWER, check=False)
     except FileNotFoundError:
-        raise RuntimeError("there is no sbatch here; run this on a machine that hands jobs to SLURM.") from None
+        raise RuntimeError(f"there is no {words[0]} here; run this on a machine that hands jobs to SLURM.") from None
+    except subprocess.TimeoutExpired:
+        raise RuntimeError(f"the queue does not answer {words[0]} within {ANSWER} s; see whether it runs.") from None

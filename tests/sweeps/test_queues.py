@@ -134,6 +134,15 @@ def test_a_machine_without_a_queue(monkeypatch):
         queues.check("#!/bin/bash\n")
 
 
+def test_a_queue_that_does_not_answer(tmp_path, monkeypatch):
+    (tmp_path / "sbatch").write_text("#!/bin/sh\nexec sleep 30\n")
+    (tmp_path / "sbatch").chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
+    monkeypatch.setattr(queues, "ANSWER", 0.2)
+    with pytest.raises(RuntimeError, match=r"the queue does not answer sbatch within 0\.2 s"):
+        queues.check("#!/bin/bash\n")
+
+
 def test_a_folder_that_slurm_cannot_be_told_of(spheres, tmp_path):
     with pytest.raises(ValueError, match="no folder with a line break in its name"):
         export.write("slurm", tmp_path / "a\nb", spheres(-1))

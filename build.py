@@ -378,8 +378,8 @@ def bench(python, rest):
     """Print the benchmarks: `glass`, our material beside Blender's, and `peers`, beside Mitsuba and POV-Ray, or only
     what is named: one of them, `waits`, what a person waits for, `scale`, what large scenes cost, `laws`, other closures
     beside Glass, `spectrum`, media that disperse beside Mitsuba and LuxCore, `sweep`, many renders here and by Dask, or
-    `caustics`, which takes long."""
-    named = ("glass", "peers", "waits", "scale", "laws", "caustics", "spectrum", "sweep")
+    `caustics`, which takes long; and `kills`, which ends parts of sweeps at random moments."""
+    named = ("glass", "peers", "waits", "scale", "laws", "caustics", "spectrum", "sweep", "kills")
     chosen = [rest[0]] if rest and rest[0] in named else ["glass", "peers"]
     words = rest[1:] if rest[:1] == chosen else rest
     return max(run(python, f"bench/{name}.py", *words) for name in chosen)

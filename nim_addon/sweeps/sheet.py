@@ -48,7 +48,9 @@ def write(folder: str | Path, pictures: Sequence[Task]) -> Path:
     cells = [_cell(results.image_of(folder, task).with_suffix(".png"), task, width) for task in pictures]
     size = min(letters(*cell) for cell in cells)
     pixels = np.ascontiguousarray(grid([captioned(*cell, size=size) for cell in cells], columns))
-    sheet = oiio.ImageBuf(oiio.ImageSpec(pixels.shape[1], pixels.shape[0], 3, oiio.UINT8))
+    spec = oiio.ImageSpec(pixels.shape[1], pixels.shape[0], 3, oiio.UINT8)
+    spec.attribute("png:compressionLevel", 2)  # a third of the time, a twentieth larger
+    sheet = oiio.ImageBuf(spec)
     sheet.set_pixels(sheet.roi, pixels)
     return whole(Path(folder).expanduser() / FILE, lambda part: write_whole(sheet, part))
 
@@ -60,6 +62,7 @@ def _cell(png, task, width):
     image = image_of(png) if png.is_file() else oiio.ImageBuf(oiio.ImageSpec(4, 3, 3, oiio.UINT8))
     spec = image.spec()
     height = max(1, round(width * spec.height / spec.width))
-    small = oiio.ImageBufAlgo.resize(image, roi=oiio.ROI(0, width, 0, height, 0, 1, 0, 3))
+    # by a third of the usual filter's time, while everybody waits
+    small = oiio.ImageBufAlgo.resize(image, filtername="triangle", roi=oiio.ROI(0, width, 0, height, 0, 1, 0, 3))
     lines = [f"{key} = {value}" for key, value in task.values.items()] or [task.title]
     return np.asarray(small.get_pixels(oiio.UINT8)), *lines

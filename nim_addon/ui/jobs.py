@@ -27,6 +27,7 @@ from .scene_settings import NIM_PG_scenes, backend_of, parameters_of, samples_of
 
 PATIENCE = 5.0  # seconds that a job may take to end by itself
 INTERVAL = 0.25  # seconds between two looks at it
+REFUSED = 1, 2  # exit codes of what says why it ends
 NOTED = 3  # sentences about what it renders that are drawn
 
 
@@ -105,11 +106,13 @@ class Job:
             self.reader.join(PATIENCE)
             self.code = self.process.returncode
             self.process.stdin.close()
-            if self.code == 0 or self.cancelled:
-                self.notes += [self.problem] if self.problem else []
+            if self.code not in REFUSED and self.problem:  # its last sentence is no reason why it ended
+                self.notes.append(self.problem)
                 self.problem = ""
-            elif not self.problem:
+            if self.code and not self.problem:
                 self.problem = pgettext_rpt("The render ended without a word (exit code {}).").format(self.code)
+            if self.cancelled:
+                self.problem = ""
             if self.work.passing:
                 shutil.rmtree(self.work.passing, ignore_errors=True)
         return self.running

@@ -84,6 +84,23 @@ def test_what_the_second_blender_says_of_the_scene_is_drawn(scene, press):
     assert "does not run here" in " ".join(drawn.text.split())
 
 
+def test_what_was_said_before_is_not_why_the_second_blender_ended(scene, press, one_sentence):
+    """It is killed after a note, long before it has rendered."""
+    bpy.data.objects["Cube"].driver_add("location", 0).driver.expression = "mine(frame)"
+    scene.frame_start = scene.frame_end = 2
+    scene.cycles.samples, scene.render.resolution_percentage = 4096, 100
+    press("nim.render_scene", animation=True)
+    job = jobs.job()
+    deadline = time.monotonic() + 90
+    while not (job.problem or job.notes):
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    job.process.kill()
+    followed()
+    one_sentence(job.problem, "without a word", "exit code -9")
+    assert any("does not run here" in note for note in job.notes)
+
+
 def test_a_copy_finds_what_lies_beside_the_file_and_takes_the_place_of_none(scene, tmp_path):
     image = bpy.data.images.new("Grain", 4, 4)
     image.filepath_raw, image.file_format = "//grain.png", "PNG"

@@ -81,10 +81,6 @@ class Blend:
         Raises ValueError, one sentence, where the file, or one of those that it is known to need, has changed.
         """
         self.from_record(self.record())
-        if bpy.data.filepath and Path(bpy.data.filepath).resolve() == Path(self.file):
-            raise ValueError(
-                f"{self.file} is open in this Blender, which takes no scene out of it; render a copy of it."
-            )
         with quiet(), _opened(Path(self.file)) as (held, wanted):
             for kind in NAMED:
                 names = set(getattr(held, kind))

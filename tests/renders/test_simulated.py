@@ -151,6 +151,14 @@ def test_what_is_baked_to_disk_belongs_to_the_picture(blend, tmp_path, one_sente
     assert dict(files_of(scene))[missing_files(scene)[0]] == ""
 
 
+def test_a_cache_is_known_by_its_own_name_and_place(blend):
+    scene = bpy.context.scene
+    cache = scene.objects["Disk"].modifiers[0].point_cache
+    cache.name, cache.index = "own", 3
+    simulated.find_beside(scene, blend)
+    assert simulated.files_of_caches(scene) == [str(blend.parent / "blendcache_mine" / "own_*_03.bphys")]
+
+
 def test_only_what_is_not_baked_is_played(blend):
     scene = bpy.context.scene
     assert set(simulated.played(scene)) == {scene.name, "Zone", "Cloth"}

@@ -22,6 +22,7 @@ import psutil
 
 from nim_addon.base import signals
 from nim_addon.sweeps import plan, results
+from tests.sweeps.dask_lab import SCHEDULER, WORKER, standing
 
 TASKS = "n=-1.1:-2:-0.1"  # ten
 SWEEP = ["sweep", "sphere", "--vary", TASKS, "--size", "160x120", "--samples", "16", "--backend", "nodes", "--progress"]
@@ -45,26 +46,17 @@ class Standing:
         """Its address."""
         if not self.processes or any(process.poll() is not None for process in self.processes):
             self.end()
-            scheduler, self.address = self._start("scheduler", "--host", "127.0.0.1", "--port", "0", "--no-show")
-            worker, _ = self._start("worker", self.address, "--host", "127.0.0.1", "--nthreads", "1")
-            self.processes = [scheduler, worker]
+            scheduler, self.address = standing(*SCHEDULER)
+            self.processes = [scheduler, self._worker()]
         return self.address
 
     def mend(self):
         """Start another worker, if the one was killed: a sweep waits for it."""
         if self.processes and self.processes[0].poll() is None and self.processes[1].poll() is not None:
-            self.processes[1], _ = self._start("worker", self.address, "--host", "127.0.0.1", "--nthreads", "1")
+            self.processes[1] = self._worker()
 
-    @staticmethod
-    def _start(part, *words):
-        process = subprocess.Popen(
-            [sys.executable, "-m", f"distributed.cli.dask_{part}", *words, "--no-dashboard"],
-            stderr=subprocess.PIPE,
-            stdout=subprocess.DEVNULL,
-            text=True,
-        )
-        said = next(line for line in process.stderr if "tcp://" in line)
-        return process, "tcp://" + said.rpartition("tcp://")[2].strip()
+    def _worker(self):
+        return standing("distributed.cli.dask_worker", self.address, "--nthreads", "1", *WORKER)[0]
 
     def end(self):
         """With all that they have started."""
@@ -126,7 +118,7 @@ def done(folder):
 
 def main(count: int = 50, seed: int = 1) -> int:
     """Kill, look, go on; prints each kill, and at the end what was wrong; 0 where nothing was."""
-    chance, faults, killed, standing = random.Random(seed), [], 0, Standing()
+    chance, faults, killed, cluster = random.Random(seed), [], 0, Standing()
     try:
         with tempfile.TemporaryDirectory() as work:
             for number in itertools.count():
@@ -135,10 +127,10 @@ def main(count: int = 50, seed: int = 1) -> int:
                 name = list(ENGINES)[number % len(ENGINES)]
                 folder, kept = Path(work) / str(number), {}
                 for _ in range(ONE_AFTER_ANOTHER):
-                    found = _one(chance, name, folder, kept, standing)
+                    found = _one(chance, name, folder, kept, cluster)
                     killed += found is not None
                     faults += found or []
-                process = start(folder, _words(name, standing))
+                process = start(folder, _words(name, cluster))
                 said = process.communicate(timeout=600)[1]
                 if process.returncode:
                     faults.append(f"{name}: the same command ended with {process.returncode}: {said[-300:]}")
@@ -147,31 +139,31 @@ def main(count: int = 50, seed: int = 1) -> int:
                     faults.append(f"{name}: {len(kept)} files of 20")
                 faults += [f"{name}: {file.name} is left" for file in folder.rglob(".*.part*")]
     finally:
-        standing.end()
+        cluster.end()
     print(*faults, f"{killed} kills, {len(faults)} faults", sep="\n", flush=True)
     return bool(faults)
 
 
-def _words(name, standing):
-    return [word.format(standing.stand()) if "{}" in word else word for word in ENGINES[name]]
+def _words(name, cluster):
+    return [word.format(cluster.stand()) if "{}" in word else word for word in ENGINES[name]]
 
 
-def _one(chance, name, folder, kept, standing):
+def _one(chance, name, folder, kept, cluster):
     """Start it, kill something of it, and wait until it has ended; what was wrong, None where it had ended before."""
-    process = start(folder, _words(name, standing))
+    process = start(folder, _words(name, cluster))
     try:
         process.communicate(timeout=chance.uniform(0.3, 8))
         return None
     except subprocess.TimeoutExpired:
         pass
     client = _with_all_below(process.pid)
-    beside = [one for each in standing.processes for one in _with_all_below(each.pid)] if name == "dask=tcp" else []
+    beside = [one for each in cluster.processes for one in _with_all_below(each.pid)] if name == "dask=tcp" else []
     victim = _victim(chance, process, client + beside)
     what = "command" if victim.pid == process.pid else " ".join(victim.cmdline()[1:4])[-60:]
     _kill(victim)
     (process if victim.pid == process.pid else victim).wait(LATE)
     if name == "dask=tcp":
-        standing.mend()
+        cluster.mend()
     faults = _changed(name, folder, kept)
     said = process.communicate(timeout=600)[1]
     faults += _changed(name, folder, kept)

@@ -8,11 +8,11 @@ import hashlib
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import bpy
 
 from . import simulated
+from .used import used_by
 
 WITH_A_FILE = (
     bpy.types.Image,
@@ -37,24 +37,6 @@ def files_of(scene: bpy.types.Scene) -> tuple[tuple[str, str], ...]:
 def missing_files(scene: bpy.types.Scene) -> list[str]:
     """What a scene needs that is not there, as files_of() names it, sorted; a cache's folder is made as it is baked."""
     return [path for path in sorted(set(_paths(scene))) if Path(path).name != "*" and not _members(path)]
-
-
-def used_by(scene: bpy.types.Scene) -> set[bpy.types.ID]:
-    """All that a scene needs, by way of whatever: objects, what a collection puts in, materials, images."""
-    users = bpy.data.user_map()
-    uses: dict[Any, list] = {}
-    for used, those in users.items():
-        for user in those:
-            uses.setdefault(user, []).append(used)
-    seen: set[bpy.types.ID] = {scene}
-    queue: list[bpy.types.ID] = [scene]
-    while queue:
-        data = queue.pop()
-        for used in uses.get(data, ()):
-            if used not in seen and not isinstance(used, bpy.types.Scene):
-                seen.add(used)
-                queue.append(used)
-    return seen
 
 
 def sha256_of(path: Path) -> str:

@@ -10,7 +10,7 @@ import bpy
 from ..base.text import unknown
 from ..cycles.animation import curves_of
 from ..cycles.material import asked_closures
-from .external import used_by
+from .used import used_by
 
 
 def set_input(scene: bpy.types.Scene, key: str, number: float) -> None:

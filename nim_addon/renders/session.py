@@ -25,10 +25,11 @@ from ..scenes.stage import aim
 from . import simulated
 from .asked import Asked, known
 from .changes import change_of
-from .external import files_of, used_by
+from .external import files_of
 from .inputs import set_input
 from .sizes import own_size, set_size
 from .temporary import TemporaryScene
+from .used import used_by
 
 FEW_PHOTONS = 1 << 20  # fewer than these are baked into small textures
 TEXELS = 512, 2048  # edges of the largest texture, of few photons and of many

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import bpy
 
+from .used import used_by
+
 FOLDER = "blendcache_{}"  # beside NAME.blend, by Blender
 POINTS = "{name}_*_{index:02d}.bphys"  # the file of each frame in there
 
@@ -50,7 +52,7 @@ def bring(blend: Path, copy: Path) -> None:
 def played(scene: bpy.types.Scene) -> list[str]:
     """The names of what in a scene is where it is at a frame only if all frames before have been played."""
     names = [owner.name for owner, cache in _caches(scene) if not (cache.is_baked or cache.use_external)]
-    for object_ in scene.objects:
+    for object_ in _objects(scene):
         groups = [getattr(modifier, "node_group", None) for modifier in object_.modifiers if modifier.show_render]
         if any(group and _simulates(group, set()) for group in groups):
             names.append(object_.name)
@@ -71,7 +73,7 @@ def _caches(scene) -> Iterator[tuple[bpy.types.ID, bpy.types.PointCache]]:
     world = scene.rigidbody_world
     if world and world.enabled and world.collection and any(_moves(object_) for object_ in world.collection.objects):
         yield scene, world.point_cache
-    for object_ in scene.objects:
+    for object_ in _objects(scene):
         for modifier in object_.modifiers:
             if not modifier.show_render:
                 continue
@@ -83,6 +85,11 @@ def _caches(scene) -> Iterator[tuple[bpy.types.ID, bpy.types.PointCache]]:
                 for surface in modifier.canvas_settings.canvas_surfaces:
                     if surface.surface_format != "IMAGE":
                         yield object_, surface.point_cache
+
+
+def _objects(scene):
+    """All that it needs, those too that only an instance of their collection brings in, in the order of their names."""
+    return sorted((one for one in used_by(scene) if isinstance(one, bpy.types.Object)), key=lambda one: one.name_full)
 
 
 def _moves(object_):

@@ -87,18 +87,14 @@ def check(script: str) -> None:
     Asked what it would do, SLURM refuses too what it would take and keep, such as while no node answers. So where it does, a
     job with the script's demands that does nothing is handed in, and taken back.
     """
-    asked = _sbatch(script, "--test-only")
+    asked = _asked(["sbatch", "--test-only"], script)
     if not asked.returncode:
         return
     demands = [line for line in script.splitlines() if line.startswith("#")]
-    taken = _sbatch("\n".join([*demands, "exit 0", ""]), "--parsable")
+    taken = _asked(["sbatch", "--parsable"], "\n".join([*demands, "exit 0", ""]))
     if taken.returncode:
         raise RuntimeError(f"the queue refuses the job: {' '.join(taken.stderr.split())}")
     _asked(["scancel", taken.stdout.split(";")[0].strip()])
-
-
-def _sbatch(script, *words):
-    return _asked(["sbatch", *words], script)
 
 
 def _asked(words, said=""):

@@ -16,7 +16,7 @@ from nim_addon.renders.request import Request
 from nim_addon.ui import render_scene
 
 START, FRAME = 3, 10
-PLACES = {"Rigid": -8, "Zone": -4, "Cloth": 0, "Disk": 4, "Still": 8}
+PLACES = {"Rigid": -8, "Zone": -4, "Cloth": 0, "Disk": 4, "Inner": 10, "Still": 8}
 WIDE = 24
 
 
@@ -57,6 +57,12 @@ def blend(tmp_path, empty_file):
             bpy.context.object.modifiers.new("Zone", "NODES").node_group = sinking_zone()
         elif name != "Still":
             bpy.context.object.modifiers.new("Cloth", "CLOTH").point_cache.frame_end = FRAME + 2
+    # one that only an instance of its collection brings in
+    inner, instance = bpy.data.collections.new("Inner"), bpy.data.objects.new("Instance", None)
+    inner.objects.link(scene.objects["Inner"])
+    scene.collection.objects.unlink(scene.objects["Inner"])
+    instance.instance_type, instance.instance_collection = "COLLECTION", inner
+    scene.collection.objects.link(instance)
     camera = scene.camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     scene.collection.objects.link(camera)
     camera.location, camera.rotation_euler = (0, -40, 4), (np.pi / 2, 0, 0)
@@ -93,9 +99,10 @@ def played():
     for frame in range(1, FRAME + 1):
         scene.frame_set(frame)
     depsgraph = bpy.context.evaluated_depsgraph_get()
-    evaluated = {name: scene.objects[name].evaluated_get(depsgraph) for name in PLACES}
     return {
-        name: min((one.matrix_world @ vertex.co).z for vertex in one.data.vertices) for name, one in evaluated.items()
+        one.object.original.name: min((one.matrix_world @ vertex.co).z for vertex in one.object.data.vertices)
+        for one in depsgraph.object_instances
+        if one.object.type == "MESH"
     }
 
 
@@ -161,14 +168,15 @@ def test_a_cache_is_known_by_its_own_name_and_place(blend):
 
 def test_only_what_is_not_baked_is_played(blend):
     scene = bpy.context.scene
-    assert set(simulated.played(scene)) == {scene.name, "Zone", "Cloth"}
+    assert set(simulated.played(scene)) == {scene.name, "Zone", "Cloth", "Inner"}
     body = scene.objects["Rigid"].rigid_body
     body.enabled = False
     assert scene.name not in simulated.played(scene)
     body.enabled, body.kinematic = True, True  # it is where keyframes put it
     assert scene.name not in simulated.played(scene)
     scene.objects["Zone"].modifiers[0].show_render = False
-    scene.objects["Cloth"].modifiers[0].show_render = False
+    for name in ("Cloth", "Inner"):
+        bpy.data.objects[name].modifiers[0].show_render = False
     assert simulated.played(scene) == []
 
     grown = scene.objects["Still"].modifiers.new("Grown", "PARTICLE_SYSTEM").particle_system

@@ -55,7 +55,7 @@ class Ended(Exception):
 
 
 @pytest.fixture
-def soon(monkeypatch):
+def soon():
     """Dask takes a worker that is gone to be gone for good at once, not after 15 s."""
     dask = pytest.importorskip("dask")
     pytest.importorskip("dask_jobqueue")
